@@ -19,7 +19,7 @@ from benchmarks.frame import OURS, Row, Scope, timed
 from benchmarks.peers import by_hand
 from benchmarks.planar import planar
 from benchmarks.questions import bodies
-from mbody.kernels.accelerations import free_motion, repeat
+from mbody.kernels.forces import free_motion, repeat
 
 __all__ = ["TITLE", "measure"]
 

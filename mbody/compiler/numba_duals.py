@@ -1,4 +1,4 @@
-"""Functions of `mbody.core.duals`, and of NumPy, for dual numbers in compiled code."""
+"""Functions of `mbody.core.lanes`, and of NumPy, for dual numbers in compiled code."""
 
 from __future__ import annotations
 
@@ -30,11 +30,10 @@ from mbody.compiler.numba_lanes import (
     row_address,
     witness,
 )
-from mbody.core import duals as plain
 from mbody.core import lanes
-from mbody.core.dual_number import value
-from mbody.core.duals import chained, constant
+from mbody.core import lanes as plain
 from mbody.core.interface import FASTMATH
+from mbody.core.lanes import chained, constant, value
 
 # -- Numba's type of dual numbers, and the LLVM instructions of their arithmetic ---------------
 #

@@ -29,19 +29,296 @@ made of what kernels do with them.  What a compiler makes of these functions is 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
 
-from mbody.core.dual_number import DualNumber, value
 from mbody.core.recorded_numbers import Traced, Untraceable, apply
+
+# -- Dual numbers in plain Python: a number, or an array of them, with derivatives by parameters
+
+
+class DualNumber:
+    """A number, or an array of them, with derivatives by parameters. tangents (…, parameters).
+
+    Examples
+    --------
+    >>> x = DualNumber(2.0, [1.0, 0.0])
+    >>> (x * x + np.sin(x)).tangents.round(6).tolist()
+    [3.583853, 0.0]
+    """
+
+    __slots__ = ("tangents", "value")
+    # none can be a key: equality compares values, and two equal ones may have other tangents
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, value: Any, tangents: Any) -> None:
+        self.value, self.tangents = value, np.asarray(tangents, dtype=np.float64)
+
+    def __repr__(self) -> str:
+        return f"DualNumber({self.value!r}, {self.tangents!r})"
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the value."""
+        return np.shape(self.value)
+
+    @property
+    def ndim(self) -> int:
+        """Axes of the value."""
+        return np.ndim(self.value)
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def __getitem__(self, place: Any) -> DualNumber:
+        return DualNumber(self.value[place], self.tangents[place])
+
+    def __float__(self) -> float:
+        raise TypeError("float() of a dual number would lose its derivatives")
+
+    def __bool__(self) -> bool:
+        return bool(self.value)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        if method == "reduce" and ufunc.__name__ in _ABOUT:  # `numpy.any` and `numpy.all`
+            return ufunc.reduce(value(inputs[0]), **options)
+        if method != "__call__" or options:
+            return NotImplemented
+        return _applied(ufunc, inputs)
+
+    def __add__(self, other: Any) -> Any:
+        return _applied(np.add, (self, other))
+
+    def __radd__(self, other: Any) -> Any:
+        return _applied(np.add, (other, self))
+
+    def __sub__(self, other: Any) -> Any:
+        return _applied(np.subtract, (self, other))
+
+    def __rsub__(self, other: Any) -> Any:
+        return _applied(np.subtract, (other, self))
+
+    def __mul__(self, other: Any) -> Any:
+        return _applied(np.multiply, (self, other))
+
+    def __rmul__(self, other: Any) -> Any:
+        return _applied(np.multiply, (other, self))
+
+    def __truediv__(self, other: Any) -> Any:
+        return _applied(np.divide, (self, other))
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return _applied(np.divide, (other, self))
+
+    def __pow__(self, other: Any) -> Any:
+        return _applied(np.power, (self, other))
+
+    def __rpow__(self, other: Any) -> Any:
+        return _applied(np.power, (other, self))
+
+    def __mod__(self, other: Any) -> Any:
+        return _applied(np.mod, (self, other))
+
+    def __neg__(self) -> Any:
+        return DualNumber(-self.value, -self.tangents)
+
+    def __pos__(self) -> DualNumber:
+        return self
+
+    def __abs__(self) -> Any:
+        return _applied(np.absolute, (self,))
+
+    def __eq__(self, other: Any) -> Any:
+        return self.value == value(other)
+
+    def __ne__(self, other: Any) -> Any:
+        return self.value != value(other)
+
+    def __lt__(self, other: Any) -> Any:
+        return self.value < value(other)
+
+    def __le__(self, other: Any) -> Any:
+        return self.value <= value(other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self.value > value(other)
+
+    def __ge__(self, other: Any) -> Any:
+        return self.value >= value(other)
+
+
+#: Where functions were evaluated that have no derivative there, as |x| at 0: names of functions.
+_corners: ContextVar[set[str] | None] = ContextVar("corners", default=None)
+
+
+@contextmanager
+def corners() -> Iterator[set[str]]:
+    """Collect the names of functions that were evaluated where they have no derivative.
+
+    >>> with corners() as found:
+    ...     x = np.abs(DualNumber(0.0, [1.0]))
+    >>> found
+    {'absolute'}
+    """
+    found: set[str] = set()
+    token = _corners.set(found)
+    try:
+        yield found
+    finally:
+        _corners.reset(token)
+
+
+def _at_corner(name: str, values: list[Any], inputs: tuple[Any, ...]) -> bool:
+    """Whether a function is evaluated where it has no derivative, of numbers that change."""
+    if name in ("absolute", "fabs", "sign", "sqrt"):
+        at = np.equal(values[0], 0.0)
+    elif name == "hypot":
+        at = np.equal(values[0], 0.0) & np.equal(values[1], 0.0)
+    elif name in ("minimum", "maximum"):
+        at = np.equal(values[0], values[1])
+    else:
+        return False
+    if not at.any():
+        return False
+    if name == "sqrt":
+        return True
+    changes = [one.tangents if isinstance(one, DualNumber) else np.zeros(1) for one in inputs]
+    change = changes[0] if len(changes) == 1 or name == "hypot" else changes[0] - changes[1]
+    return bool((np.abs(change).max(axis=-1, initial=0.0) * at).any())
+
+
+#: Functions by whose derivative the chain rule goes: g′(x), or both partial derivatives.
+_DERIVATIVES: dict[str, Any] = {
+    "positive": lambda x: (1.0,),
+    "negative": lambda x: (-1.0,),
+    "add": lambda x, y: (1.0, 1.0),
+    "subtract": lambda x, y: (1.0, -1.0),
+    "multiply": lambda x, y: (y, x),
+    "divide": lambda x, y: (1.0 / y, -x / y / y),
+    "reciprocal": lambda x: (-1.0 / (x * x),),
+    "square": lambda x: (2.0 * x,),
+    "sqrt": lambda x: (0.5 / np.sqrt(x),),
+    "absolute": lambda x: (np.where(np.less(x, 0.0), -1.0, 1.0),),
+    "fabs": lambda x: (np.where(np.less(x, 0.0), -1.0, 1.0),),
+    "sin": lambda x: (np.cos(x),),
+    "cos": lambda x: (-np.sin(x),),
+    "tan": lambda x: (1.0 + np.tan(x) ** 2,),
+    "arcsin": lambda x: (1.0 / np.sqrt((1.0 - x) * (1.0 + x)),),
+    "arccos": lambda x: (-1.0 / np.sqrt((1.0 - x) * (1.0 + x)),),
+    "arctan": lambda x: (1.0 / (1.0 + x * x),),
+    "tanh": lambda x: (1.0 - np.tanh(x) ** 2,),
+    "exp": lambda x: (np.exp(x),),
+    "log": lambda x: (1.0 / x,),
+    "sign": lambda x: (0.0,),
+    "floor": lambda x: (0.0,),
+    "deg2rad": lambda x: (math.pi / 180.0,),
+    "radians": lambda x: (math.pi / 180.0,),
+    "rad2deg": lambda x: (180.0 / math.pi,),
+    "degrees": lambda x: (180.0 / math.pi,),
+    "hypot": lambda x, y: (x / np.hypot(x, y), y / np.hypot(x, y)),
+    "arctan2": lambda x, y: (y / (x * x + y * y), -x / (x * x + y * y)),
+    "remainder": lambda x, y: (1.0, -np.floor_divide(x, y)),
+}
+
+
+def _power(x: Any, y: Any) -> tuple[Any, Any]:
+    """y x^(y−1) and x^y log x: 0 where the factor before is, also where the other is infinite."""
+    f = np.power(x, y)
+    by_x = np.where(y == 0.0, 0.0, y * np.power(x, y - 1.0))
+    return by_x, np.where(f == 0.0, 0.0, f * np.log(x))
+
+
+def _first(x: Any, y: Any, before: Any) -> Any:
+    """Where the first of two is taken, as of `mbody.core.lanes.smaller`."""
+    return np.isnan(x) | before(x, y)
+
+
+def _smaller(x: Any, y: Any) -> tuple[Any, Any]:
+    first = np.where(_first(x, y, np.less), 1.0, 0.0)
+    return first, 1.0 - first
+
+
+def _larger(x: Any, y: Any) -> tuple[Any, Any]:
+    first = np.where(_first(x, y, np.greater), 1.0, 0.0)
+    return first, 1.0 - first
+
+
+_DERIVATIVES["minimum"], _DERIVATIVES["maximum"] = _smaller, _larger
+_DERIVATIVES["power"] = _DERIVATIVES["float_power"] = _power
+#: Functions that ask about values.
+_ABOUT = {
+    "less",
+    "less_equal",
+    "greater",
+    "greater_equal",
+    "equal",
+    "not_equal",
+    "isfinite",
+    "isnan",
+    "signbit",
+    "logical_not",
+    "logical_and",
+    "logical_or",
+}
+
+
+def _applied(ufunc: Any, inputs: tuple[Any, ...]) -> Any:
+    """A function of NumPy of numbers of which one at least is dual."""
+    name = ufunc.__name__
+    values = [value(one) for one in inputs]
+    noted = _corners.get()
+    if noted is not None and _at_corner(name, values, inputs):
+        noted.add(name)
+    with np.errstate(all="ignore"):
+        found = ufunc(*values)
+        if name in _ABOUT:
+            return found
+        if name not in _DERIVATIVES:
+            raise TypeError(f"numpy.{name} has no derivative here")
+        change: Any = 0.0
+        # Python's own floats would stop at 1/0, where NumPy's go on
+        slopes = _DERIVATIVES[name](*(np.asarray(each)[()] for each in values))
+        for one, slope in zip(inputs, slopes, strict=True):
+            if isinstance(one, DualNumber):
+                tangents = one.tangents
+                if one.ndim < np.ndim(found):
+                    missing = (1,) * (np.ndim(found) - one.ndim)
+                    tangents = tangents.reshape(missing + tangents.shape)
+                # what does not change leaves no trace where a slope is infinite
+                part = np.multiply(np.asarray(slope)[..., None], tangents)
+                change = change + np.where(tangents == 0.0, 0.0, part)
+    return DualNumber(found, np.broadcast_to(change, (*np.shape(found), change.shape[-1])))
+
+
+def where(choice: Any, x: Any, y: Any) -> Any:
+    """`numpy.where` of numbers of which some may be dual.
+
+    >>> where(True, DualNumber(2.0, [1.0]), 3.0).tangents
+    array([1.])
+    """
+    both = x, y
+    duals = [one for one in both if isinstance(one, DualNumber)]
+    if not duals:
+        return np.where(choice, x, y)
+    width = duals[0].tangents.shape[-1]
+    changes = [one.tangents if isinstance(one, DualNumber) else np.zeros(width) for one in both]
+    found = np.where(choice, value(x), value(y))
+    return DualNumber(found, np.where(np.asarray(choice)[..., None], *changes))
+
+
+def value(x: Any) -> Any:
+    """The value of a dual number; any other number as it is."""
+    return x.value if isinstance(x, DualNumber) else x
+
 
 #: Lanes of a wide kernel, measured best on a four-bar: with 32 lanes of 8 bytes the compiler runs
 #: out of registers; with fewer lanes the arithmetic units wait for each other.
 LANES = 16
-
-#: float, complex, or a row of either; in compiled code float64 or Lanes.
-Number = Any
 
 
 def aligned(rows: int, lanes: int) -> np.ndarray:
@@ -160,3 +437,99 @@ def sincos(x: Number) -> tuple[Number, Number]:
     ``np.cos``; lanes are accurate to 1e6 and lose digits beyond.  NaN and infinities return NaN.
     """
     return np.sin(x), np.cos(x)
+
+
+# -- Dual numbers: a value and its derivatives by up to `TANGENTS` parameters, in one row of
+#    lanes -------------------------------------------------------------------------------------
+#
+# Kernels run on them as they run on floats and on lanes (`mbody.core.lanes`): with the witness
+# :func:`dual` a row of ``LANES`` numbers is one number, whose value is in lane 0 and whose tangents
+# are in the others. Every operation follows the chain rule, exactly; every choice (a branch, a
+# comparison, the larger of two) is made by the values::
+#
+#     (a b)˙ = a ḃ + b ȧ      (a / b)˙ = (ȧ − (a/b) ḃ) / b      √a˙ = ȧ / (2 √a)
+#
+# So dual numbers are one position, as floats are, and can be compared in an ``if``. Iterations need
+# one pass more than the values do, as tangents lag by one: :func:`passes_more` says so.
+#
+# What computes lane by lane, since it has branches that lanes cannot take together, is written as a
+# loop that reads by :func:`entry`, one lane at a time, or one dual number::
+#
+#     for n in range(rounds(W.scratch, w)):
+#         lane = lane_at(n, w)
+#         put_entry(W.scratch, 1, g(entry(W.scratch, 0, lane)), lane)
+#
+# What compiled code makes of these functions is in `mbody.compiler.numba_duals`; in plain Python a
+# dual number is a `DualNumber`.
+
+#: Derivatives of one number.
+TANGENTS = LANES - 1
+
+Number = Any
+
+
+def dual() -> Number:
+    """The witness of dual numbers: zero, with tangents of zero."""
+    return DualNumber(0.0, np.zeros(TANGENTS))
+
+
+def tangents(x: Number) -> int:
+    """How many tangents numbers of this type have: `TANGENTS`, or none of a float."""
+    return TANGENTS if isinstance(x, DualNumber) else 0
+
+
+def passes_more(w: Number) -> int:
+    """Passes that an iteration needs after its values have converged: one with dual numbers."""
+    return 1 if isinstance(w, DualNumber) else 0
+
+
+def tangent(x: Number, n: int) -> float:
+    """Derivative by parameter n; zero of a float."""
+    return float(x.tangents[n]) if isinstance(x, DualNumber) else 0.0
+
+
+def with_tangent(x: Number, n: int, change: float) -> Number:
+    """A number with another derivative by parameter n; a float unchanged."""
+    if not isinstance(x, DualNumber):
+        return x
+    changed = x.tangents.copy()
+    changed[n] = change
+    return DualNumber(x.value, changed)
+
+
+def constant(x: Number) -> bool:
+    """Whether a number has no derivatives but zeros; true of a float and of lanes."""
+    return not (isinstance(x, DualNumber) and x.tangents.any())
+
+
+def chained(f: float, slope: float, x: Number) -> Number:
+    """The number f whose tangents are slope · ẋ; of a float x just f."""
+    return DualNumber(f, slope * x.tangents) if isinstance(x, DualNumber) else f
+
+
+def lane_at(n: int, w: Number) -> Any:
+    """Argument of round n of a loop over `count`: lane n, or the dual number."""
+    return w if isinstance(w, DualNumber) else n
+
+
+def rounds(array: np.ndarray, w: Number) -> int:
+    """How many positions the rows of an array are of. It is read from the array: a number that the
+    compiler knew would have it write the loop out, 16 copies of all laws wherever one is called.
+    """
+    return 1 if isinstance(w, DualNumber) else array.shape[1]
+
+
+def entry(array: np.ndarray, row: int, lane: Any) -> Number:
+    """The number of a row in that lane; the dual number where `lane` is one."""
+    if isinstance(lane, DualNumber):
+        return DualNumber(float(array[row, 0]), array[row, 1:].copy())
+    return array[row, lane]
+
+
+def put_entry(array: np.ndarray, row: int, number: Number, lane: Any) -> None:
+    """Set the number of a row in that lane; the dual number where `lane` is one."""
+    if isinstance(lane, DualNumber):
+        array[row, 0] = value(number)
+        array[row, 1:] = number.tangents if isinstance(number, DualNumber) else 0.0
+    else:
+        array[row, lane] = number

@@ -150,16 +150,13 @@ COMPILED = (
     "core/bundle.py",
     "core/callbacks.py",
     "core/decorators.py",
-    "core/dual_number.py",
-    "core/duals.py",
-    "core/interface.py",
     "core/lanes.py",
+    "core/interface.py",
     "core/tolerances.py",
     "kernels/*.py",
     "laws/*.py",
     "model/joints/*.py",
     "model/loads/*.py",
-    "model/geometry.py",
     "model/primitives.py",
 )
 

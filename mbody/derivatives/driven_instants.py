@@ -13,8 +13,7 @@ from mbody.analysis.driven.driven import statics
 from mbody.analysis.equilibria.equilibrium import Equilibrium
 from mbody.analysis.freedom.mobility import FreeMotion
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.core.dual_number import DualNumber
-from mbody.core.duals import TANGENTS
+from mbody.core.lanes import TANGENTS, DualNumber
 from mbody.core.tolerances import INSTANT_SAME_AGAIN, SINGULAR_VALUE_ZERO, TANGENTS_LEFT, TINY
 from mbody.derivatives.dual_solution import (
     DualRecord,

@@ -20,9 +20,7 @@ from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
 from mbody.core.bundle import Bundle
-from mbody.core.dual_number import DualNumber, value
-from mbody.core.duals import TANGENTS
-from mbody.core.lanes import LANES, aligned
+from mbody.core.lanes import LANES, TANGENTS, DualNumber, aligned, value
 from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
 from mbody.derivatives.mode_record import (
     Guarded,
@@ -51,8 +49,8 @@ from mbody.kernels.friction import ARMS, law_size
 from mbody.kernels.layout import Layout, Work, artificial_masses
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.motion_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
+from mbody.kernels.runge_kutta import order_8
 from mbody.kernels.step_state import DONE
-from mbody.kernels.tableaus import order_8
 from mbody.model.element import Numbers
 from mbody.solution.measures import evaluate_measure
 from mbody.solution.shared_forces import pressing_rows

@@ -11,9 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mbody.core import tolerances as tol
-from mbody.core.dual_number import DualNumber, value
-from mbody.core.duals import TANGENTS
-from mbody.core.lanes import LANES, aligned
+from mbody.core.lanes import LANES, TANGENTS, DualNumber, aligned, value
 from mbody.core.recorded_numbers import Untraceable
 from mbody.core.tolerances import QUANTITY_ROUNDING
 from mbody.errors import ModelError, brief

@@ -17,7 +17,7 @@ from mbody.analysis.freedom.mobility import released
 from mbody.analysis.initial.initial_state import StartDriver, start_drivers, state_of
 from mbody.analysis.singular.singular_positions import Prescribed
 from mbody.core import tolerances as tol
-from mbody.core.dual_number import DualNumber
+from mbody.core.lanes import DualNumber
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.dual_motion import (
     ChangeTimes,

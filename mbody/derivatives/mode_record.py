@@ -19,7 +19,7 @@ from mbody.analysis.dynamics.interruptions import Interruptions
 from mbody.analysis.initial.initial_state import state_of
 from mbody.core import tolerances as tol
 from mbody.core.bundle import Bundle
-from mbody.core.dual_number import DualNumber
+from mbody.core.lanes import DualNumber
 from mbody.kernels.advance import (
     BEGUN,
     COLLISION,

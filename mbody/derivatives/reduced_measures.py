@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.dual_number import DualNumber, corners, value
-from mbody.core.duals import TANGENTS
-from mbody.core.lanes import LANES, aligned
+from mbody.core.lanes import LANES, TANGENTS, DualNumber, aligned, corners, value
 from mbody.core.recorded_numbers import Untraceable
 from mbody.core.tolerances import DERIVATIVE_VALUES_EQUAL, DERIVATIVES_EQUAL
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution

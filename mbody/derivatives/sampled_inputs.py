@@ -18,7 +18,7 @@ import numpy as np
 
 from mbody.analysis.dynamics.interruptions import Interruptions, SampledState
 from mbody.analysis.initial.initial_state import state_of
-from mbody.core.dual_number import DualNumber, value
+from mbody.core.lanes import DualNumber, value
 from mbody.core.tolerances import DIFFERENCE_STEP_INPUTS, TIMES_MOVE_ALIKE, TIMES_SAME_SAMPLE
 from mbody.derivatives.dual_motion import DualMotion, Tangents
 from mbody.derivatives.dual_solution import DualRecord, dual_solution

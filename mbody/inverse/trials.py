@@ -20,7 +20,7 @@ from mbody.analysis.inverse.conditions import Relation, search_range
 from mbody.analysis.position.assembly_analysis import check_determined, closed_near
 from mbody.core import tolerances as tol
 from mbody.core.bracket import zero_between
-from mbody.core.dual_number import DualNumber
+from mbody.core.lanes import DualNumber
 from mbody.core.searches import halton
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.errors import ModelError, ModelWarning, SolveError

@@ -34,7 +34,7 @@ import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks
 from mbody.core.decorators import inline, kernel, njit
-from mbody.core.duals import lane_at
+from mbody.core.lanes import lane_at
 from mbody.core.tolerances import (
     COMPLEMENTARITY_CONVERGED,
     COMPLEMENTARITY_DETERMINED,

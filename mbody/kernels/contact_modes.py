@@ -32,7 +32,6 @@ from mbody.core.tolerances import (
     RATE_NONE_STOPPED,
     ROWS_DEPENDENT,
 )
-from mbody.kernels.accelerations import balanced_motion
 from mbody.kernels.complementarity import CONE, find_arms
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_rows import (
@@ -46,7 +45,7 @@ from mbody.kernels.contact_rows import (
     row_value,
     written,
 )
-from mbody.kernels.forces import signals
+from mbody.kernels.forces import balanced_motion, signals
 from mbody.kernels.friction import APART, ARMS, REACHED_PART
 from mbody.kernels.mode_problem import (
     ALL_NORMALS,

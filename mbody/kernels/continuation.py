@@ -57,18 +57,18 @@ from mbody.core.tolerances import (
     PIVOT_VANISHED,
     TINY,
 )
-from mbody.kernels.accelerations import KNOWN_MOTION, measure_solution
-from mbody.kernels.constraints import body_rotations, rows
-from mbody.kernels.forces import all_loads, signals
-from mbody.kernels.friction import viscous_friction
-from mbody.kernels.layout import Layout, Work, keep
-from mbody.kernels.position_velocity import (
+from mbody.kernels.constraints import (
     accelerations,
+    body_rotations,
     multipliers,
     newton,
+    rows,
     set_rates,
     velocities,
 )
+from mbody.kernels.forces import KNOWN_MOTION, all_loads, measure_solution, signals
+from mbody.kernels.friction import viscous_friction
+from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.schur_ldl import constraint_conditioning, factor
 
 # -- The predictor of the continuation: Hermite polynomials through the places behind ----------

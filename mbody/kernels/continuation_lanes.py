@@ -4,7 +4,7 @@ Every lane starts from its own closed position and predicts, corrects and tests 
 (`mbody.kernels.continuation`), the signs of its Assur groups included, but cannot halve its step: a
 lane that fails a test is marked and left to `follow`.
 
-The linear algebra is that of `mbody.kernels.position_velocity` by another factor, and so are four
+The linear algebra is that of `mbody.kernels.constraints` by another factor, and so are four
 functions here: one LU of the square Φ_q an instant serves position, velocity, acceleration and
 reactions. LDLᵀ of S = G W⁻¹ Gᵀ, which the scalar path needs for redundant rows and any position,
 takes 130 ns a position of a four-bar on lanes where the LU takes 100, and its multipliers need a
@@ -28,7 +28,18 @@ from mbody.core.tolerances import (
     PIVOT_VANISHED,
     RESIDUAL_LANES_SQUARE,
 )
-from mbody.kernels.constraints import body_rotations, rows
+from mbody.kernels.constraints import (
+    applied_share,
+    body_rotations,
+    clear,
+    columns_to_bodies,
+    put_column,
+    rates_of_rows,
+    rows,
+    set_rates,
+    size_square,
+    take_off,
+)
 from mbody.kernels.continuation import (
     BY_DRIVER,
     compare_step,
@@ -55,16 +66,6 @@ from mbody.kernels.friction import (
     viscous_friction,
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, keep, keep_primitive, keep_some
-from mbody.kernels.position_velocity import (
-    applied_share,
-    clear,
-    columns_to_bodies,
-    put_column,
-    rates_of_rows,
-    set_rates,
-    size_square,
-    take_off,
-)
 from mbody.kernels.schur_ldl import factor
 from mbody.kernels.square_lu import (
     Square,

@@ -9,11 +9,15 @@ from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import ld, st
 from mbody.core.tolerances import PIVOT_VANISHED
 from mbody.kernels.constraints import (
+    balancing_multipliers,
     body_rotations,
+    clear,
     further_block,
     measured_formulas,
+    multipliers,
     own_numbers,
     rows,
+    velocities,
 )
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import (
@@ -28,7 +32,6 @@ from mbody.kernels.friction import (
     viscous_friction,
 )
 from mbody.kernels.layout import Layout, Work, keep_primitives
-from mbody.kernels.position_velocity import balancing_multipliers, clear, multipliers, velocities
 from mbody.kernels.schur_ldl import apply_gt, factor
 
 #: Columns of the output: greatest |Φ| (model lengths, radians); greatest part of f − M a − Gᵀλ and

@@ -18,13 +18,11 @@ from mbody.core.tolerances import (
     PIVOT_VANISHED,
     TIMES_SAME_SAMPLE,
 )
-from mbody.kernels.accelerations import augmented_solution
-from mbody.kernels.constraints import body_rotations, rows
-from mbody.kernels.dense_output import deliver, hermite_output
-from mbody.kernels.forces import forces, signals
-from mbody.kernels.position_velocity import clear, weigh
+from mbody.kernels.constraints import body_rotations, clear, rows, weigh
+from mbody.kernels.forces import augmented_solution, forces, signals
+from mbody.kernels.loop_closure import may_be_singular, record_accepted, sample_conditioning
+from mbody.kernels.runge_kutta import deliver, hermite_output
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
-from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
 from mbody.kernels.state_derivative import (
     eliminate,
     iteration_matrix,
@@ -168,7 +166,7 @@ def generalized_alpha_step(L, W, M, S, h, refinements):
 #
 # that is S δλ = G₀ M⁻¹ (f − M u − G₀ᵀ λ) + 2 Φ/h² with S = G₀ M⁻¹ G₀ᵀ.
 #
-# The second one is the augmented system of `mbody.kernels.accelerations` as it is, since
+# The second one is the augmented system of `mbody.kernels.forces` as it is, since
 # G₁ v₁ = ν requires G₁ u = (ν − G₁ v½)/(½h), which takes the place of γ.
 #
 # Loads take the velocity in the middle in both halves, so that the step is its own reverse with
@@ -297,7 +295,7 @@ class FixedStep(Bundle):
       generalised-α.
     `spectral_radius`: Of generalised-α at infinite frequency.
     `samples` (samples,): The parts of a step at which it is sampled (see
-      `mbody.kernels.singularity_monitor`).
+      `mbody.kernels.loop_closure`).
     `acceleration`, `end_acceleration` (coordinates + owns,): The algorithmic acceleration, with the
       algorithmic rates of auxiliary states, and that at the end of a step that was tried.
     `multipliers`, `end_multipliers` (2·nodes,): Carried on by RATTLE, and at that end.

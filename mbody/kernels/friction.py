@@ -8,7 +8,7 @@ equations as a load:
     Gᵀ λ = f − M a − Σ σ_k g_kᵀ x_k    ⇒    λ = λ₀ + B x,    x = φ(λ₀ + B x),
 
 with one more solve by the same factor for each pair: column k of B. In free motion λ₀ and B are of
-S = G M⁻¹ Gᵀ (`mbody.kernels.accelerations`), where drivers determine everything of the multipliers
+S = G M⁻¹ Gᵀ (`mbody.kernels.forces`), where drivers determine everything of the multipliers
 alone. Newton's method with I − φ′ B, of one unknown a pair, converges in two to four passes, as
 every φ_k is positively homogeneous:
 
@@ -40,8 +40,22 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.core.decorators import inline, njit
-from mbody.core.duals import constant, entry, lane_at, passes_more, put_entry, rounds
-from mbody.core.lanes import count, highest, larger, ld, lowest, select_le, smaller, st
+from mbody.core.lanes import (
+    constant,
+    count,
+    entry,
+    highest,
+    lane_at,
+    larger,
+    ld,
+    lowest,
+    passes_more,
+    put_entry,
+    rounds,
+    select_le,
+    smaller,
+    st,
+)
 from mbody.core.tolerances import (
     FINITE,
     FRICTION_CHANGE_AGAIN,

@@ -154,7 +154,7 @@ class Work(Bundle):
     own: Rows  # states of a user's own
     auxiliary_rate: Rows  # their rates
     reaction: Rows  # of all primitives, for formulas that measure them
-    loop: Rows  # matrix, magnitudes and vectors of algebraic loops (`mbody.kernels.accelerations`)
+    loop: Rows  # matrix, magnitudes and vectors of algebraic loops (`mbody.kernels.forces`)
     block: Rows  # 2×3 numbers of each side, both sides of each node, then further sides
     phi: Rows
     nu: Rows

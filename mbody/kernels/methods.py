@@ -21,7 +21,7 @@ from mbody.kernels.radau import (
     forget_factors,
     forget_polynomial,
 )
-from mbody.kernels.runge_kutta import accept, attempt, dense_output
+from mbody.kernels.runge_kutta import Explicit, accept, attempt, dense_output
 from mbody.kernels.state_derivative import derivative_anew, state_derivative
 from mbody.kernels.step_state import (
     ARTIFICIAL_ENERGY,
@@ -45,7 +45,6 @@ from mbody.kernels.step_state import (
     Stepping,
     Tolerances,
 )
-from mbody.kernels.tableaus import Explicit
 
 #: Kinds of methods: explicit, implicit, of steps of one length.
 EXPLICIT, IMPLICIT, EVEN = range(3)

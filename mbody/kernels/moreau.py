@@ -23,7 +23,7 @@ import math
 from mbody.core.bundle import Rows
 from mbody.core.decorators import kernel, njit
 from mbody.core.tolerances import CONTACT_IMPULSES_RESCUED, CONTACT_STEP_SHORTEST, PIVOT_VANISHED
-from mbody.kernels.constraints import body_rotations, rows
+from mbody.kernels.constraints import body_rotations, clear, rows, weigh
 from mbody.kernels.contact_geometry import (
     FOUND,
     LACKING,
@@ -48,7 +48,6 @@ from mbody.kernels.contact_impulses import (
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.loop_closure import project_position, project_velocity
-from mbody.kernels.position_velocity import clear, weigh
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 
 #: Time; length of the last step; from when on an instant is to be kept; counts of steps, sweeps and

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from mbody.core.bundle import Bundle, Floats, Rows, Stacks
 from mbody.core.decorators import inline, kernel, njit
-from mbody.core.dual_number import value
-from mbody.core.duals import dual
-from mbody.core.lanes import ld, st
+from mbody.core.lanes import dual, ld, st, value
 from mbody.core.tolerances import (
     FINITE,
     PIVOT_VANISHED,
@@ -14,23 +12,30 @@ from mbody.core.tolerances import (
     TIME_END_ROUNDING,
     TIME_STEP_SHORTEST_DUALS,
 )
-from mbody.kernels.accelerations import (
+from mbody.kernels.constraints import (
+    accelerations,
+    body_rotations,
+    multipliers,
+    newton,
+    rows,
+    velocities,
+)
+from mbody.kernels.forces import (
     KNOWN_MOTION,
+    all_loads,
     augmented_solution,
+    forces,
     free_accelerations,
     measure_solution,
+    signals,
 )
-from mbody.kernels.constraints import body_rotations, rows
-from mbody.kernels.dense_output import combined, next_length, stage_state
-from mbody.kernels.forces import all_loads, forces, signals
 from mbody.kernels.friction import viscous_friction
 from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.loop_closure import project_velocity
-from mbody.kernels.position_velocity import accelerations, multipliers, newton, velocities
+from mbody.kernels.runge_kutta import Explicit, combined, next_length, stage_state
 from mbody.kernels.schur_ldl import factor
 from mbody.kernels.state_derivative import load_state, store_derivative, store_state
 from mbody.kernels.step_state import DONE, MORE, STEP_VANISHED
-from mbody.kernels.tableaus import Explicit
 
 #: What the drivers go by: time; equal steps of one driver, when its law makes them; given values
 #: and rates.

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks, Tables
 from mbody.core.decorators import kernel, njit
-from mbody.core.duals import dual
-from mbody.core.lanes import ld, st
+from mbody.core.lanes import dual, ld, st
 from mbody.core.tolerances import FINITE
 from mbody.kernels.layout import Layout, Work
 from mbody.laws.kernels import LOG, binary, unary

@@ -45,8 +45,8 @@ from mbody.core.tolerances import (
     TIME_STEP_SHORTEST,
     TIME_STEP_SHORTEST_REJECTED,
 )
-from mbody.kernels.dense_output import along, clear_rows, deliver
-from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
+from mbody.kernels.loop_closure import may_be_singular, record_accepted, sample_conditioning
+from mbody.kernels.runge_kutta import along, clear_rows, deliver
 from mbody.kernels.state_derivative import (
     eliminate,
     iteration_matrix,
@@ -90,7 +90,7 @@ FACTORED, RATE = 1, 2
 
 
 class Radau(Bundle):
-    """The method with its memory; the coefficients as of `mbody.kernels.tableaus.Implicit`.
+    """The method with its memory; the coefficients as of `mbody.kernels.runge_kutta.Implicit`.
 
     `Z`, `X` (3, states): What the state gains until the stages, and the same in eigenvectors.
     `xc` (2, states): Workspace, and right-hand sides of the complex system.

@@ -42,8 +42,20 @@ from mbody.core.tolerances import (
     TIME_END_ROUNDING,
     TIME_STEP_SHORTEST,
 )
-from mbody.kernels.accelerations import free_accelerations
-from mbody.kernels.dense_output import (
+from mbody.kernels.constraints import put_column
+from mbody.kernels.forces import free_accelerations, signals
+from mbody.kernels.layout import Layout, Work, keep
+from mbody.kernels.loop_closure import (
+    artificial_energy,
+    keep_last_sample,
+    largest_rotation,
+    least_conditioning,
+    projected_accelerations,
+    sample_conditioning,
+    singularity_risk,
+)
+from mbody.kernels.runge_kutta import (
+    Explicit,
     along,
     along_rate,
     count_stiff,
@@ -52,17 +64,6 @@ from mbody.kernels.dense_output import (
     stable_growth,
     stage_state,
     stiffness_estimate,
-)
-from mbody.kernels.forces import signals
-from mbody.kernels.layout import Layout, Work, keep
-from mbody.kernels.loop_closure import least_conditioning, projected_accelerations
-from mbody.kernels.position_velocity import put_column
-from mbody.kernels.singularity_monitor import (
-    artificial_energy,
-    keep_last_sample,
-    largest_rotation,
-    sample_conditioning,
-    singularity_risk,
 )
 from mbody.kernels.state_derivative import load_state, store_derivative, store_state
 from mbody.kernels.step_state import (
@@ -77,7 +78,6 @@ from mbody.kernels.step_state import (
     TIME,
     Tolerances,
 )
-from mbody.kernels.tableaus import Explicit
 
 # -- Right-hand side of free motion in many lanes, and the first states of a batch -------------
 #
@@ -529,7 +529,7 @@ def error_norms(E, T, lanes):
 @njit
 def dense_output_lanes(L, W, method, refinements, lanes, t, h):
     """lanes.F of the polynomials over the steps, by the further derivatives that the method takes;
-    see `mbody.kernels.dense_output`.
+    see `mbody.kernels.runge_kutta`.
     """
     A, C, D, K, F, w = method.A, method.C, method.D, lanes.K, lanes.F, wide()
     end = method.B.shape[0]
@@ -548,7 +548,7 @@ def dense_output_lanes(L, W, method, refinements, lanes, t, h):
 @njit
 def deliver_lanes(L, W, T, batch, lanes):
     """Keep every output instant up to the ends of the steps, in all lanes that have one at once.
-    A design of which one is doubtful (`mbody.kernels.dense_output`) is left to go alone.
+    A design of which one is doubtful (`mbody.kernels.runge_kutta`) is left to go alone.
     """
     w, S, design, times = wide(), lanes.state, lanes.design, batch.times
     count = design.shape[0] - 1
@@ -581,7 +581,7 @@ def deliver_lanes(L, W, T, batch, lanes):
 @njit
 def interpolation_errors(T, lanes, x):
     """Defects of the polynomials' derivatives from those in row 1 of K at the parts x of the steps;
-    see `mbody.kernels.dense_output`.
+    see `mbody.kernels.runge_kutta`.
     """
     w, count = wide(), lanes.y.shape[0]
     h, total = ld(lanes.state, STEP_LENGTH, w), 0.0 * wide()

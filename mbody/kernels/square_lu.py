@@ -3,7 +3,7 @@
 
 Where the drivers determine everything Φ_q is square, and P Φ_q Q = L U with permutations P, Q that
 are chosen once. Velocities and accelerations solve Φ_q v = ν and Φ_q a = γ, reactions Φ_qᵀ λ =
-f − M a. One motion solves by LDLᵀ of S instead (`mbody.kernels.position_velocity`), which bears
+f − M a. One motion solves by LDLᵀ of S instead (`mbody.kernels.constraints`), which bears
 redundant rows and every position: 130 ns a position of a four-bar on lanes, this LU 100.
 
 Sums run over rows of L and columns of U, so that each number is written once: lanes would wait for

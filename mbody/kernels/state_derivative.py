@@ -3,7 +3,7 @@
     ẏ = (v, a, ż) of y = (q, v, z), with  M a + Gᵀ λ = f,  G a = γ  and the rates ż of a user's own
     states z (`mbody.kernels.measured_formulas`).
 
-The accelerations are those of `mbody.kernels.accelerations`. A load of generalised force f_c has
+The accelerations are those of `mbody.kernels.forces`. A load of generalised force f_c has
 the power f_c · v; a driver, whose effort is −λ and whose rate is ν = ∂/∂t of its law, has −λ ν.
 """
 
@@ -16,8 +16,7 @@ from mbody.core.tolerances import DIFFERENCE_STEP_FORWARD
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import friction_loss
 from mbody.kernels.layout import Layout, Work, keep
-from mbody.kernels.loop_closure import constrained_accelerations
-from mbody.kernels.singularity_monitor import sample_conditioning
+from mbody.kernels.loop_closure import constrained_accelerations, sample_conditioning
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
     CONDITIONING,

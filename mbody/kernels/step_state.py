@@ -36,7 +36,7 @@ ARTIFICIAL_ENERGY, ARTIFICIAL_LIMIT = 24, 25
 #: When the singular position that is known is met.
 CROSSING_TIME = 26
 #: Instants within steps that stability limits, which got steps of their own
-#: (`mbody.kernels.dense_output`).
+#: (`mbody.kernels.runge_kutta`).
 LIMITED_INSTANTS = 27
 #: The fastest rate |λ| of the last steps.
 FASTEST = 28
@@ -82,7 +82,7 @@ class Stepping(Bundle):
     `K`, `P` (rows, 2·coordinates) (rows, causes): Derivatives of the state and powers; row 0
       belongs to y.
     `F`, `G` (terms, 2·coordinates) (terms, causes): Polynomials of state and work over a step (see
-      `mbody.kernels.dense_output`).
+      `mbody.kernels.runge_kutta`).
     `state` (PROGRESS,): The slots above.
     """
 

@@ -22,11 +22,11 @@ from mbody.core.tolerances import (
     GUARD_ROUNDING_GAP,
     MACHINE_EPSILON,
 )
+from mbody.kernels.constraints import least_motion
 from mbody.kernels.forces import forces
 from mbody.kernels.layout import PER_PRIMITIVE, keep_some
 from mbody.kernels.loop_closure import constrained_accelerations
 from mbody.kernels.number_program import NumberProgram, run
-from mbody.kernels.position_velocity import least_motion
 
 #: Intervals between looks at a part of a step.
 INTERVALS = 4

@@ -60,7 +60,6 @@ from mbody.kernels.contact_rows import (
     is_within,
     row_acceleration,
 )
-from mbody.kernels.dense_output import along
 from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, first_guard, note_fast_events, slope
 from mbody.kernels.layout import keep
 from mbody.kernels.methods import (
@@ -70,6 +69,7 @@ from mbody.kernels.methods import (
     resume_method,
     unwatched_steps,
 )
+from mbody.kernels.runge_kutta import along
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
     ARTIFICIAL_ENERGY,

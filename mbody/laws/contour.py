@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from mbody.core.decorators import inline, njit
-from mbody.core.dual_number import value
+from mbody.core.lanes import value
 from mbody.core.tolerances import LENGTH_NONE
 
 #: Numbers before the pieces: pieces, leaves of the tree, length, whether it is closed.

@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 from mbody.core.bundle import Floats, Rows
 from mbody.core.callbacks import FRAME_NUMBERS, numbers_in_frame
 from mbody.core.decorators import PLAIN, inline, kernel, njit
-from mbody.core.dual_number import value
-from mbody.core.duals import chained, constant, entry
-from mbody.core.lanes import larger, smaller
+from mbody.core.lanes import chained, constant, entry, larger, smaller, value
 from mbody.core.tolerances import TABLE_RANGE_MARGIN
 
 # -- Evaluation of a law given by a formula: a postfix program on jets (f, f′, f″) -------------
@@ -277,7 +275,7 @@ OUTSIDE = ("error", "hold", "line", "periodic")
 PI = math.pi
 
 #: f, f′, f″ by (par, o, n, lane, tab, k, x). With dual numbers `lane` is one, as x is, so that the
-#: derivatives of all three by numbers and by x come with them (`mbody.core.duals`).
+#: derivatives of all three by numbers and by x come with them (`mbody.core.lanes`).
 LawKernel: TypeAlias = Callable[[FloatArray, int, int, int, FloatArray, int, float], Three]
 
 

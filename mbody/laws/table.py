@@ -10,8 +10,7 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 
 from mbody.core.decorators import njit
-from mbody.core.dual_number import value
-from mbody.core.lanes import larger, smaller
+from mbody.core.lanes import larger, smaller, value
 from mbody.core.tolerances import TABLE_CLOSES, TABLE_RANGE_MARGIN, TABLE_SPLINE_BEYOND
 from mbody.errors import ModelError
 from mbody.laws.base import FixedLaw, Law, law_field, law_numbers, with_dimension

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from mbody.core.dual_number import value, where
+from mbody.core.lanes import value, where
 from mbody.errors import ModelError, brief
 from mbody.laws import Constant
-from mbody.model.constraint import Constraint, refuse_static
+from mbody.model.driver import Constraint, refuse_static
 from mbody.model.element import InheritedPlace, listed, number_field, place_field, two_bodies
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
 from mbody.model.touching_shapes import (

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.constraint import Constraint, TurnRow
+from mbody.model.driver import Constraint, TurnRow
 from mbody.model.element import (
     BodyName,
     Element,
@@ -25,7 +25,7 @@ from mbody.model.primitives import ConstraintPrimitive, Part
 from mbody.quantities.formula import Converted, NumberField, default, number, required
 
 if TYPE_CHECKING:
-    from mbody.model.constraint import PoseReader
+    from mbody.model.driver import PoseReader
     from mbody.model.element import Numbers
 
 

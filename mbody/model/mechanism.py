@@ -15,8 +15,7 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.model.body import Body
-from mbody.model.constraint import Constraint
-from mbody.model.driver import Driver
+from mbody.model.driver import Constraint, Driver
 from mbody.model.element import (
     AuxiliaryState,
     Element,

@@ -14,7 +14,7 @@ from mbody.analysis.driven.time_grid import TimeGrid, time_grid
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
 from mbody.analysis.position.closed_position import ClosedPosition, close_in_stages
-from mbody.core.dual_number import DualNumber
+from mbody.core.lanes import DualNumber
 from mbody.core.tolerances import PIVOT_SUSPICIOUS, RATE_SLOW_DRIVER, TINY
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants

@@ -28,7 +28,7 @@ from mbody.solution.result_table import shown_table
 from mbody.solution.solution import Solution
 from mbody.summaries.analyses import constituents, counts, many
 from mbody.summaries.text_table import Column, force_floor, force_names, number, quantities
-from mbody.system.formula_rows import driver_states
+from mbody.system.system import driver_states
 from mbody.views.drawing import draw
 from mbody.views.free_bodies import force_peak, when
 from mbody.views.page import digest_of

@@ -41,8 +41,7 @@ from mbody.solution.histories import (
     motion_rows,
     velocity,
 )
-from mbody.system.formula_rows import driver_states
-from mbody.system.system import locked, polar_points
+from mbody.system.system import driver_states, locked, polar_points
 
 if TYPE_CHECKING:
     from mbody.model.curves import NamedCurve

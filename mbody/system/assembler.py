@@ -28,7 +28,7 @@ from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.friction import BY_RATES, FRICTION_KINDS
 from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
-from mbody.model.constraint import Constraint
+from mbody.model.driver import Constraint
 from mbody.model.element import AuxiliaryState, Element, Numbers, signal_of
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
@@ -37,14 +37,16 @@ from mbody.model.model_notes import snapshot
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
 from mbody.model.touching_shapes import Polygon, Segment, points_of
 from mbody.quantities import Formula
-from mbody.system.formula_rows import (
+from mbody.system.system import (
     FormulaRows,
     RecordedLaw,
+    System,
     driver_law,
     following,
+    numbered,
+    polar_points,
     recorded,
 )
-from mbody.system.system import System, numbered, polar_points
 
 if TYPE_CHECKING:
     from mbody.model.states import State

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.core.dual_number import DualNumber
+from mbody.core.lanes import DualNumber
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.dual_solution import (
     checked_names,

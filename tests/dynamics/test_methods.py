@@ -26,8 +26,8 @@ from mbody import (
 )
 from mbody.analysis.dynamics.integration import Integration
 from mbody.engineering import close_loops
+from mbody.kernels.runge_kutta import order_5, order_8
 from mbody.kernels.step_state import LAST_STEP_ALLOWED, NEXT, TIME, Outputs
-from mbody.kernels.tableaus import order_5, order_8
 from mbody.model.body import Guess
 from mbody.model.simulation import EVEN as EVERY_EVEN
 from mbody.model.simulation import METHODS as EVERY_METHOD

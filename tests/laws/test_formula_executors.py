@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from mbody import Body, Force, Input, Mechanism, ModelError, Prismatic, assemble
-from mbody.core.dual_number import DualNumber
-from mbody.core.lanes import LANES, aligned
+from mbody.core.lanes import LANES, DualNumber, aligned
 from mbody.kernels.constraints import TO_SIGNAL
 from mbody.kernels.finished_instants import each_load
 from mbody.kernels.number_program import number_duals

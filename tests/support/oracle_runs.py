@@ -21,7 +21,7 @@ from numpy.testing import assert_allclose
 from mbody import Mechanism
 from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
-from mbody.kernels.accelerations import free_motion
+from mbody.kernels.forces import free_motion
 from tests.support.linkages import random_linkage, times_within
 
 POSITION, MOTION, FORCE = 1e-13, 1e-11, 1e-10

@@ -16,7 +16,7 @@ import mbody
 from mbody import makers
 from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
-from mbody.kernels.accelerations import free_motion
+from mbody.kernels.forces import free_motion
 from mbody.laws import Harmonic
 from tests.support.cases import first_fast
 

@@ -17,7 +17,7 @@ COUNTED = {
     "solutions": ("kernels.schur_ldl", "solve"),
     "rows": ("kernels.constraints", "rows"),
     "loads": ("kernels.forces", "forces"),
-    "corrections": ("kernels.position_velocity", "newton"),
+    "corrections": ("kernels.constraints", "newton"),
     "LU on lanes": ("kernels.square_lu", "factor_square"),
     "solutions on lanes": ("kernels.square_lu", "solve_square"),
     "double solutions on lanes": ("kernels.square_lu", "solve_both"),

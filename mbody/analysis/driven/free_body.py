@@ -22,8 +22,8 @@ from mbody.core.tolerances import (
 )
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.model.constraint import Constraint
 from mbody.model.contact import Contact, Rope
+from mbody.model.driver import Constraint
 from mbody.model.element import listed, unknown_name
 from mbody.model.stop import Stop
 from mbody.solution.checks import each_load_of, loaded

@@ -20,8 +20,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import Element, listed, unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.formula import PlainNumbers
-from mbody.system.formula_rows import driver_states
-from mbody.system.system import System
+from mbody.system.system import System, driver_states
 
 # -- Requests larger than the memory are refused before anything is begun ----------------------
 

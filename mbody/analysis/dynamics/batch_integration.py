@@ -32,6 +32,7 @@ from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_req
 from mbody.analysis.initial.initial_state import BatchStart, batch_start, initial_states
 from mbody.core.lanes import LANES, aligned
 from mbody.kernels.layout import artificial_masses, inverse_masses
+from mbody.kernels.runge_kutta import Explicit, order_5, order_8
 from mbody.kernels.runge_kutta_lanes import (
     CONTROLS,
     Batch,
@@ -40,7 +41,6 @@ from mbody.kernels.runge_kutta_lanes import (
     runge_kutta_lanes,
 )
 from mbody.kernels.step_state import Tolerances
-from mbody.kernels.tableaus import Explicit, order_5, order_8
 from mbody.model.element import STEADY
 from mbody.system.system import System
 

@@ -16,12 +16,12 @@ from mbody.errors import ModelError, SolveError
 from mbody.kernels.complementarity import ContactProblem, problem_memory
 from mbody.kernels.contact_impacts import STILL, impact_memory, strike_contacts, tangent_responses
 from mbody.kernels.contact_modes import FORWARD, NONE, OPEN, modes_memory
-from mbody.kernels.dense_output import FIRST, SECOND
 from mbody.kernels.fixed_step import FixedStep
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.methods import EVEN, EXPLICIT, IMPLICIT, Methods
 from mbody.kernels.mode_problem import ALL_ROWS, ContactDecision, decision_memory
 from mbody.kernels.radau import Radau
+from mbody.kernels.runge_kutta import FIRST, SECOND, Explicit, order_5, order_8, radau_5, suzuki_4
 from mbody.kernels.step_state import (
     EVALUATIONS,
     JACOBIANS,
@@ -32,7 +32,6 @@ from mbody.kernels.step_state import (
     Stepping,
     Tolerances,
 )
-from mbody.kernels.tableaus import Explicit, order_5, order_8, radau_5, suzuki_4
 from mbody.model.element import STEADY
 from mbody.model.states import measuring_forces
 from mbody.quantities.units import Dimension

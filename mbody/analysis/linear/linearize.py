@@ -50,10 +50,9 @@ from mbody.solution.energy import causes
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
-from mbody.system.formula_rows import driver_states
 from mbody.system.formula_steps import driver_inputs
 from mbody.system.rank import close_rows, dense, dense_rates, pseudo_inverse, rank_of
-from mbody.system.system import System, too_large
+from mbody.system.system import System, driver_states, too_large
 
 # -- Contact modes of an instant as constraints ------------------------------------------------
 

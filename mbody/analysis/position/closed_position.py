@@ -15,7 +15,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import close_designs
 from mbody.model.body import Body, Guess, Guesses, as_guess
-from mbody.model.constraint import Constraint, TurnRow
+from mbody.model.driver import Constraint, TurnRow
 from mbody.model.element import Element, Marker, Numbers
 from mbody.model.joints import Joint
 from mbody.quantities.formula import evaluated

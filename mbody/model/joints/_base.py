@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.constraint import Constraint, TurnRow, refuse_static, refuse_static_of_designs
+from mbody.model.driver import Constraint, TurnRow, refuse_static, refuse_static_of_designs
 from mbody.model.element import (
     ENDS,
     InheritedPlace,
@@ -23,7 +23,7 @@ from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
 from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
-    from mbody.model.constraint import PoseReader
+    from mbody.model.driver import PoseReader
     from mbody.model.element import Numbers
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.dual_number import DualNumber, where
+from mbody.core.lanes import DualNumber, where
 from mbody.errors import ModelError
 from mbody.model.element import number_field
 from mbody.model.joints._base import Flank, StrikingJoint

@@ -11,12 +11,12 @@ from mbody.core.decorators import inline
 from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.element import LawLike, law_field, number_field
-from mbody.model.geometry import between
 from mbody.model.joints._base import GivenFriction
 from mbody.model.primitives import (
     ConstraintPrimitive,
     FrictionPrimitive,
     Signal,
+    between,
     constraint_physics,
 )
 from mbody.quantities.formula import NumberField

@@ -14,9 +14,13 @@ from mbody.core.tolerances import CAM_PROFILE_CLOSES
 from mbody.errors import ModelError
 from mbody.laws import Law
 from mbody.model.element import LawLike, law_field, number_field
-from mbody.model.geometry import between
 from mbody.model.joints._base import Flank, FrictionalJoint, StrikingJoint
-from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
+from mbody.model.primitives import (
+    ConstraintPrimitive,
+    FrictionPrimitive,
+    between,
+    constraint_physics,
+)
 from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ import numpy as np
 from mbody.core.decorators import inline
 from mbody.core.lanes import sincos
 from mbody.core.tolerances import TINY
-from mbody.model.geometry import between
-from mbody.model.primitives import constraint_physics
+from mbody.model.primitives import between, constraint_physics
 
 
 @constraint_physics()

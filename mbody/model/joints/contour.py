@@ -6,8 +6,7 @@ import numpy as np
 
 from mbody.core.decorators import inline
 from mbody.core.lanes import larger, sincos
-from mbody.model.geometry import between
-from mbody.model.primitives import constraint_physics
+from mbody.model.primitives import between, constraint_physics
 
 
 @inline

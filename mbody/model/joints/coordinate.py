@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core.decorators import inline
-from mbody.model.geometry import between, turned
-from mbody.model.primitives import ConstraintPrimitive, constraint_physics
+from mbody.model.primitives import ConstraintPrimitive, between, constraint_physics, turned
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

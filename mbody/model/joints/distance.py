@@ -11,9 +11,8 @@ from mbody.core.decorators import inline
 from mbody.errors import ModelError, brief
 from mbody.laws import Constant
 from mbody.model.element import LawLike, law_field
-from mbody.model.geometry import between
 from mbody.model.joints._base import Flank, StrikingJoint
-from mbody.model.primitives import ConstraintPrimitive, constraint_physics
+from mbody.model.primitives import ConstraintPrimitive, between, constraint_physics
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

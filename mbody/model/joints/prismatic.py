@@ -10,10 +10,15 @@ import numpy as np
 from mbody.core.decorators import inline
 from mbody.errors import ModelError
 from mbody.model.element import LimitsField, limits_field, number_field
-from mbody.model.geometry import between, turned
 from mbody.model.joints._base import SLIDING_PAIR, LimitedJoint
 from mbody.model.joints.coordinate import along_axis
-from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
+from mbody.model.primitives import (
+    ConstraintPrimitive,
+    FrictionPrimitive,
+    between,
+    constraint_physics,
+    turned,
+)
 from mbody.quantities.formula import OptionalNumberField
 
 if TYPE_CHECKING:

@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core.decorators import inline
-from mbody.model.constraint import TurnRow
+from mbody.model.driver import TurnRow
 from mbody.model.element import number_field
-from mbody.model.geometry import between, turned
 from mbody.model.joints._base import relative_angle
 from mbody.model.joints._teeth import ToothedJoint
-from mbody.model.primitives import ConstraintPrimitive, constraint_physics
+from mbody.model.primitives import ConstraintPrimitive, between, constraint_physics, turned
 from mbody.quantities.formula import NumberField
 
 if TYPE_CHECKING:
-    from mbody.model.constraint import PoseReader
+    from mbody.model.driver import PoseReader
     from mbody.model.element import Numbers, Value
 
 

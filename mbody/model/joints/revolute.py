@@ -9,12 +9,12 @@ from mbody.core.decorators import inline
 from mbody.errors import ModelError
 from mbody.laws import Constant
 from mbody.model.element import LimitsField, limits_field, number_field
-from mbody.model.geometry import between
 from mbody.model.joints._base import TURNING_PAIR, Flank, LimitedJoint
 from mbody.model.primitives import (
     ConstraintPrimitive,
     FrictionPrimitive,
     Signal,
+    between,
     constraint_physics,
 )
 from mbody.quantities.formula import OptionalNumberField

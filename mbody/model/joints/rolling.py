@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.model.constraint import refuse_static, refuse_static_of_designs
+from mbody.model.driver import refuse_static, refuse_static_of_designs
 from mbody.model.element import number_field
 from mbody.model.joints._base import Flank, StrikingJoint
 from mbody.model.joints.gear import pitch_point, signed, turns_of_wheels, without_slip
@@ -18,7 +18,7 @@ from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signa
 from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
-    from mbody.model.constraint import PoseReader, TurnRow
+    from mbody.model.driver import PoseReader, TurnRow
     from mbody.model.element import Numbers, Value
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.core.decorators import inline
-from mbody.core.dual_number import value
+from mbody.core.lanes import value
 from mbody.core.tolerances import TABLE_RANGE_MARGIN
 from mbody.errors import ModelError
 from mbody.laws import Cam, Table
@@ -23,9 +23,8 @@ from mbody.model.element import (
     place_field,
     two_bodies,
 )
-from mbody.model.geometry import turned
 from mbody.model.loads._base import Load
-from mbody.model.primitives import ForcePrimitive, load_physics
+from mbody.model.primitives import ForcePrimitive, load_physics, turned
 from mbody.quantities.formula import NumberField
 
 if TYPE_CHECKING:

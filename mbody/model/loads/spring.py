@@ -10,9 +10,8 @@ import numpy as np
 from mbody.core.decorators import inline
 from mbody.core.tolerances import TINY
 from mbody.model.element import OptionalLaw, law_field, number_field
-from mbody.model.geometry import between
 from mbody.model.loads._base import LINE, BetweenPlaces, one_of
-from mbody.model.primitives import ForcePrimitive, Signal, load_physics
+from mbody.model.primitives import ForcePrimitive, Signal, between, load_physics
 from mbody.quantities.formula import LeftOut, NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
