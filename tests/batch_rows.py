@@ -30,6 +30,7 @@ from tests.campaign.loads import random_loads
 from tests.campaign.scenes import random_scene
 from tests.frictional_linkages import frictional_linkage
 from tests.support import driven_contacts
+from tests.support.frictional import with_changes
 from tests.support.linkages import random_linkage, times_within
 
 KINDS = ("linkage", "friction", "redundant", "contact")
@@ -253,7 +254,7 @@ def free_batch(seed: int) -> Batch:
     if kind in ("swing", "rest") or (kind == "linear" and rng.random() < 0.5):
         # searches for rest positions go round the whole motion
         drawn = campaign_linkage(seed, loops=None if kind == "swing" else 1)
-        machine, until, rtol = _swing(drawn, rng), 0.5 * drawn.span, 1e-8
+        machine, until, rtol = _swing(drawn, rng, rubs=kind == "swing"), 0.5 * drawn.span, 1e-8
     else:
         scene = random_scene(seed)
         machine, until, rtol = scene.mechanism("scene"), scene.until, scene.rtol
@@ -275,9 +276,14 @@ def free_batch(seed: int) -> Batch:
     return Batch(seed, kind, system, values, "simulate", how)
 
 
-def _swing(drawn: Any, rng: np.random.Generator) -> Mechanism:
-    """A linkage without its drivers, under loads, half of them with friction in a joint."""
+def _swing(drawn: Any, rng: np.random.Generator, *, rubs: bool) -> Mechanism:
+    """A linkage without its drivers, under loads; half of those that may have friction in a pin."""
     machine = drawn.mechanism("swing", driven=False)
+    pins = [one for one in machine.joints if isinstance(one, mbody.Revolute)]
+    if rubs and pins and rng.random() < 0.5:
+        pin = pins[int(rng.integers(len(pins)))]
+        more = {"friction": 0.1, "pin_radius": 0.01}
+        machine = with_changes(machine, lambda one: more if one is pin else {})
     machine.add(*random_loads(drawn, conservative=True).elements)
     return machine
 

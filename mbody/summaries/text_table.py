@@ -677,23 +677,26 @@ def certified(result: Any) -> list[str]:
 
 
 def _events(solution: Solution) -> list[str]:
-    """Number of occurrences of each event, and the times of the first few."""
+    """Number of occurrences of each event, and the times of the first few; of a batch the designs
+    in which it occurs, the first time and the last.
+    """
     units, lines = solution.mechanism.shown, list[str]()
-    for name in dict.fromkeys(_event_name(one) for one in solution.events):
-        times = [
-            units.converted(one.t, "time") for one in solution.events if _event_name(one) == name
-        ]
+    named: dict[str, list[EventRecord]] = {}
+    for one in solution.events:
+        name = f"{one.name} of {one.contact}" if one.contact else one.name
+        named.setdefault(name, []).append(one)
+    for name, events in named.items():
+        times = [units.converted(one.t, "time") for one in events]
         texts = ", ".join(f"{t:.6g}" for t in times[:LISTED_TIMES]) + (
             ", …" if len(times) > LISTED_TIMES else ""
         )
+        if solution.record.batch:
+            name += f" in {len({one.design for one in events})} of {solution.record.count} designs"
+            ends = sorted({min(times), max(times)})
+            texts = " … ".join(f"{t:.6g}" for t in ends)
         many = f", {len(times)} times" if len(times) > 1 else ""
         lines += paragraph(f"{name} at t = {texts} {units.of('time')}{many}", "EVENT   ")
     return lines
-
-
-def _event_name(event: EventRecord) -> str:
-    """The name of an event; of a contact with its own."""
-    return f"{event.name} of {event.contact}" if event.contact else event.name
 
 
 def link_names(mechanism: Mechanism) -> list[str]:

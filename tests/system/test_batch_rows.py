@@ -43,6 +43,14 @@ def test_a_batch_that_is_stopped():
     assert 1 < reached < 501 and np.isnan(angle[1:]).all()
 
 
+def test_the_text_of_a_batch_says_when_its_designs_first_and_last_have_an_event():
+    falls = {"gravity.y": [-9.81, -19.62]}
+    ball = mbody.assemble(mbody.gallery.load("bouncing_ball")).with_values(falls)
+    first, last = (f"{(2.0 / g) ** 0.5:.6g}" for g in (19.62, 9.81))
+    said = f"impact of floor in 2 of 2 designs at t = {first} … {last} s, 2 times"
+    assert said in str(mbody.simulate(ball, 0.46))
+
+
 def test_a_motion_of_designs_goes_on():
     """Each from its own end, to the last bit as without a stop; what failed stays so."""
     system = mbody.assemble(mbody.makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)))
