@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypeVar
@@ -34,7 +35,8 @@ def halton(count: int, width: int) -> np.ndarray:
     >>> halton(3, 2).round(3).tolist()
     [[0.5, 0.333], [0.25, 0.667], [0.75, 0.111]]
     """
-    primes = [n for n in range(2, 200) if all(n % k for k in range(2, n))]
+    most = int(2.0 * width * math.log(width + 2.0)) + 3  # above the last prime that is needed
+    primes = [n for n in range(2, most) if all(n % k for k in range(2, math.isqrt(n) + 1))]
     found = np.zeros((width, count))
     for row, base in zip(found, primes, strict=False):
         left, part = np.arange(1, count + 1), 1.0
