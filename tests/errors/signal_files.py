@@ -139,6 +139,7 @@ SCENARIOS = {
     "a motion that ends earlier another time": earlier_end,
     "a batch of motions again": lambda: batch().at(0.5),
     "a motion without instants joined": lambda: motion().take([]).then(motion()),
+    "a batch of motions joined with one": lambda: batch().then(motion()),
     "a motion at no time": lambda: motion().at([]),
     "a motion at what is no time": lambda: motion().at("soon"),
     "a motion again that was read from a file": without_beginning,
@@ -170,6 +171,7 @@ a motion at a time after it | ModelError | - | at takes times of the motion, fro
 a motion that ends earlier another time | SolveError | - | the motion from t = 0, followed again, ends before 0.95 s: controllers or loads in Python that are not functions of what they are given make another motion
 a batch of motions again | ModelError | - | a motion is followed again for one design, this is a batch of 2 designs: take one of them, run.design(n)
 a motion without instants joined | ModelError | - | then joins motions that have instants: one of them has none
+a batch of motions joined with one | ModelError | - | then joins motions of as many designs, not of 2, 1: of a batch that of all designs, of run.design(n) its own
 a motion at no time | ModelError | - | at takes times of the motion, from 0 to 1 s: none is given
 a motion at what is no time | ModelError | - | at takes times, in s, not 'soon'
 a motion again that was read from a file | ModelError | - | how this motion began is not known, as of one that was read from a file: simulate the mechanism again, with times= or every=

@@ -135,6 +135,8 @@ def then(first: Solution, *later: Solution) -> Solution:
             )
         if not len(run):
             raise ModelError("then joins motions that have instants: one of them has none")
+    if any(run.record.batch for run in runs):
+        return _each_then(first, *later)
     for before, after in itertools.pairwise(runs):
         unit = before.mechanism.units.time
         if not same_motion(before.system, after.system):
@@ -165,6 +167,26 @@ def then(first: Solution, *later: Solution) -> Solution:
         whole,
         initial_states=tuple(one for run in runs for one in run.initial_states) if known else (),
     )
+
+
+def _each_then(*runs: Solution) -> Solution:
+    """The motions of every design of batches as one; of a design that did not go on, as it was."""
+    counts = [run.record.count if run.record.batch else 1 for run in runs]
+    if len(set(counts)) > 1 or not all(run.record.batch for run in runs):
+        told = ", ".join(map(str, counts))
+        raise ModelError(
+            f"then joins motions of as many designs, not of {told}: of a batch that of all "
+            "designs, of run.design(n) its own"
+        )
+    found = []
+    for n in range(counts[0]):
+        own = [one for run in runs if len(one := run.design(n))]
+        found.append(then(*own) if own else runs[0].design(n))
+        if runs[-1].design(n).ending != found[-1].ending:
+            found[-1] = with_fields(found[-1], status=runs[-1].design(n).ending)
+    from mbody.analysis.position.design_results import solution_of_designs
+
+    return solution_of_designs(runs[-1].system, found)
 
 
 def joined(

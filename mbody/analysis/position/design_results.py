@@ -169,7 +169,7 @@ def solution_of_designs(system: System, found: Sequence[Any]) -> Solution:
         for n, one in enumerate([*found, *more])
     ]
     par = np.hstack([one.system.par for one in each])
-    asked = [one.initial_states[0].request.times for one in each if one.initial_states]
+    asked = [begun.request.times for one in each for begun in one.initial_states]
     t = np.unique(np.concatenate(asked or [one.t for one in each]))
     places = [_Places(one, t) for one in each]
     endings = [one.ending for one in each]
