@@ -139,7 +139,9 @@ SCENARIOS = {
     "a motion that ends earlier another time": earlier_end,
     "a batch of motions again": lambda: batch().at(0.5),
     "a motion without instants joined": lambda: motion().take([]).then(motion()),
-    "a batch of motions joined with one": lambda: batch().then(motion()),
+    "a batch of motions joined with one": lambda: mbody.simulate(
+        mbody.assemble(arm()).with_values({"arm.mass": [1.0, 2.0]}), 1.0
+    ).then(motion()),
     "a motion at no time": lambda: motion().at([]),
     "a motion at what is no time": lambda: motion().at("soon"),
     "a motion again that was read from a file": without_beginning,
