@@ -10,7 +10,6 @@ import pytest
 import mbody
 from mbody import Body, Force, Gravity, Marker, Mechanism, Prismatic, Revolute, SolveError, Spring
 from mbody.analysis.equilibria.search import jumping_loads, without_stiffness
-from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Manifold, ManyPositions, orthonormal
 from tests.support.cases import first_fast
@@ -100,7 +99,7 @@ def test_a_crease_of_a_turning_line():
 
 
 def manifold_of(machine):
-    system = single_design("equilibrium", machine, ())
+    system = mbody.assemble(machine)
     start = closed(system, 0.0, {}, None)
     manifold = Manifold(system, start.work, 0.0)
     return manifold, manifold.place(start.work.q[: system.coordinates, 0].copy())
