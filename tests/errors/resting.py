@@ -21,6 +21,7 @@ from mbody import (
     assemble,
     equilibrium,
     kinetostatics,
+    makers,
     modes,
 )
 from mbody.engineering import close_loops, equilibrium_curve, linearize, momentum
@@ -38,6 +39,13 @@ def pendulum(*more, **own):
     machine.add(Body("rod", **own), Revolute("O", "ground", "rod"), Gravity("gravity", y=-9.81))
     machine.add(*more)
     return machine
+
+
+def open_in_one():
+    """Two four-bars under their weight; the coupler of the second is too long."""
+    machine = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)).without("motor")
+    machine.add(Gravity("gravity", y=-9.81))
+    return assemble(machine).with_values({"coupler.B.x": [3.0, 9.0]})
 
 
 def turning(spread, **own):
@@ -174,6 +182,12 @@ SCENARIOS = {
         pendulum(), at=equilibrium(pendulum())
     ),
     "linear equations at a batch": lambda: linearize(pendulum(), at=in_two()),
+    "linear equations at a design that does not close": lambda: linearize(
+        open_in_one(), at=close_loops(open_in_one())
+    ).design(1),
+    "linear equations at a design that does not rest": lambda: linearize(
+        pushed(), at=equilibrium(pushed())
+    ).design(1),
     "linear equations at another machine": lambda: linearize(slider(), at=rest()),
     "linear equations of very many bodies": lambda: linearize(free(800), at=close_loops(free(800))),
     "linear equations of what is driven": lambda: linearize(
@@ -224,6 +238,8 @@ a force round and round | SolveError | seat | no rest position of 'swing' was me
 a spring without a value at rest | SolveError | spring | load 'spring' has no value at t = 0 s: 'log(x/(1 m) - 9) N' is not defined there; choose a formula that is, by max or min
 linear equations at all rest positions | ModelError | - | at must be one rest position of equilibrium, or a Solution, not Equilibria
 linear equations at a batch | ModelError | - | at is a batch of designs: give one, of system.design(n)
+linear equations at a design that does not close | SolveError | - | design 1 of the batch: loops do not close at t = 0 s: the smallest gap is 2.5 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
+linear equations at a design that does not rest | SolveError | rod | design 1 of the batch: no rest position of 'pendulum' was met: what drives it is least at 0 deg of 'rod', where 2.19 N·m are left; begin elsewhere with starts, or change its loads
 linear equations at another machine | ModelError | - | 'pendulum', of which an instant is given, has not the same bodies as 'slider'
 linear equations of very many bodies | SolveError | - | linearize of 'free': 1598 rows of 2400 coordinates are too many for dense matrices
 linear equations of what is driven | SolveError | - | nothing is free in 'pendulum', there are no small motions: release a driver, with free

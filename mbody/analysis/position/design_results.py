@@ -117,9 +117,9 @@ def results_of_designs(
 def _own(given: Any, n: int) -> Any:
     """What is given for a design: of the result of a batch its own, of rest positions the first."""
     if isinstance(given, DesignResults):
-        if n in given.failures:
-            raise SolveError(given.failures[n])
-        found = given.design(n)
+        found: Any = given.results[n]
+        if isinstance(found, Exception):
+            raise found
         return found.positions[0] if hasattr(found, "positions") else found
     if not isinstance(given, Solution) or not given.record.batch:
         return given
@@ -163,10 +163,9 @@ def solution_of_designs(system: System, found: Sequence[Any]) -> Solution:
     count, first = int(system.batch or 0), next(one for one in found if isinstance(one, Solution))
     if first.mechanism is not system.mechanism:
         system = with_numbers_of(first.system, system.values)
-    more = [SolveError("")] * (count - len(found))
     each = [
         one if isinstance(one, Solution) else _unfinished(system.design(n), first, one)
-        for n, one in enumerate([*found, *more])
+        for n, one in enumerate([*found, *[None] * (count - len(found))])
     ]
     par = np.hstack([one.system.par for one in each])
     asked = [begun.request.times for one in each for begun in one.initial_states]
@@ -215,13 +214,13 @@ def common_fields(each: Sequence[Any]) -> dict[str, Any]:
     }
 
 
-def _unfinished(system: System, like: Solution, error: Exception) -> Solution:
-    """What a design has that failed, or was not begun: instants before that, or none."""
+def _unfinished(system: System, like: Solution, error: Exception | None) -> Solution:
+    """What a design has that failed, or was not begun (None): instants before that, or none."""
     reached = getattr(error, "solution", None)
     if not isinstance(reached, Solution):
         nothing = Record([np.zeros((0, system.record_rows, 1))], 0, batch=False)
         reached = Solution(system, like.analysis, np.zeros(0), nothing, None)
-    if not str(error):
+    if error is None:
         return with_fields(reached, status=NOT_BEGUN)
     notes = (*reported_certificate(reached).notes, str(error))
     return with_fields(reached, status=f"failed: {error}", notes=notes)
