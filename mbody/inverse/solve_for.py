@@ -271,6 +271,11 @@ class Solver:
             self._check_bounds(place.base)
             return [place]
         u, rows = self._corner(self._with_bounds(straight))
+        if len(rows) < len(self.wanted):
+            self.notes.append(
+                f"of {len(self.wanted)} unknowns what binds settles {len(rows)}: others may "
+                "reach the same value"
+            )
         return [self._refined(straight, u, rows)]
 
     def _corner(self, at: Affine) -> tuple[Array, tuple[int, ...]]:

@@ -192,6 +192,14 @@ def test_a_corner_of_very_many_side_conditions():
     assert found.binding == (sides[17], sides[18])
 
 
+def test_a_whole_side_may_be_best():
+    """O.fy is least along the side where it is bounded, as the answer says."""
+    answer = solve_for(held_bar(), ["P", "Q"], side_conditions=["O.fy >= -3 N"], least="O.fy")
+    assert answer[0].objective == pytest.approx(-3.0, abs=1e-12)
+    told = "of 2 unknowns what binds settles 1: others may reach the same value"
+    assert answer.notes == (told,)
+
+
 # -- not straight -----------------------------------------------------------------------------
 
 
