@@ -166,56 +166,45 @@ def single_driver(system: System, name: str | None) -> Driver:
 
 
 def _all(system: System, driver: Driver, others: dict[str, float]) -> DeadCentres:
-    if not driver.angular:
-        return _all_of_length(system, driver, others)
-    # the angle between two moving links is that of one as the other sees it
-    linkage = Linkage(system, others, released=driver.name, base=driver.bodies[0])
-    body = linkage.index[driver.bodies[1]]
-    own = linkage.variable[body]
-    groups = assur_groups(linkage, own)
+    """Those of a driver: of every group that its angle moves, or of the group that its length is in
+    and those after it, as those before are where they are whatever it is.
+    """
+    value: Callable[[np.ndarray, GroupRows], float | None]
+    if driver.angular:
+        # the angle between two moving links is that of one as the other sees it
+        linkage = Linkage(system, others, released=driver.name, base=driver.bodies[0])
+        body = linkage.index[driver.bodies[1]]
+        own, first = linkage.variable[body], 0
+        groups = assur_groups(linkage, own)
+
+        def value(x: np.ndarray, _: GroupRows) -> float | None:
+            return linkage.angle(body, {own: float(x[0])}) % (2.0 * math.pi)
+    else:
+        linkage, own = Linkage(system, others, released=driver.name), -1
+        groups = assur_groups(linkage)
+        free = next(p for p, pair in enumerate(linkage.pairs) if pair.free)
+        first = next(n for n, group in enumerate(groups) if free in group.pairs)
+        rod = linkage.pairs[free].kind == "rod"
+
+        def value(x: np.ndarray, made: GroupRows) -> float | None:
+            length = float(x[made.rows.angles + made.free])
+            # a rod rotated by half a revolution has a negative length
+            return length if length > 0.0 or not rod else None
+
     positions, boxes, reason = [], 0, ""
-    for n, group in enumerate(groups):
+    for n, group in enumerate(groups[first:], first):
+        if reason and own < 0:
+            break  # nothing is proven any more, and families take long
         if not group.angles and not _slides(linkage, group):
             continue
         searched = _singular(linkage, groups, n, own, MOST - boxes)
         boxes, reason = boxes + searched.boxes, searched.reason or reason
         names = tuple(linkage.names[b] for b in group.bodies)
-        for x, _ in searched.found:
-            value = linkage.angle(body, {own: float(x[0])}) % (2.0 * math.pi)
-            positions.append(SingularPosition(driver.name, value, names))
+        found = (value(x, made) for x, made in searched.found)
+        positions += [SingularPosition(driver.name, at, names) for at in found if at is not None]
     closes = True
     if not positions and not reason:
         # without a dead centre as many modes close at every value of the driver as at this one
-        closes, more = _closes_here(system, others)
-        boxes += more
-    return _result(system, driver, positions, reason, boxes, closes)
-
-
-def _all_of_length(system: System, driver: Driver, others: dict[str, float]) -> DeadCentres:
-    """Those of a driver of a length: of its group and of those after it. Those before it are where
-    they are whatever its value.
-    """
-    linkage = Linkage(system, others, released=driver.name)
-    groups = assur_groups(linkage)
-    free = next(p for p, pair in enumerate(linkage.pairs) if pair.free)
-    first = next(n for n, group in enumerate(groups) if free in group.pairs)
-    rod = linkage.pairs[free].kind == "rod"
-    positions, boxes, reason = [], 0, ""
-    for n in range(first, len(groups)):
-        group = groups[n]
-        if reason:
-            break
-        if not group.angles and not _slides(linkage, group):
-            continue
-        searched = _singular(linkage, groups, n, -1, MOST - boxes)
-        boxes, reason = boxes + searched.boxes, searched.reason or reason
-        names = tuple(linkage.names[b] for b in group.bodies)
-        for x, made in searched.found:
-            value = float(x[made.rows.angles + made.free])
-            if value > 0.0 or not rod:  # a rod rotated by half a revolution has a negative length
-                positions.append(SingularPosition(driver.name, value, names))
-    closes = True
-    if not positions and not reason:
         closes, more = _closes_here(system, others)
         boxes += more
     return _result(system, driver, positions, reason, boxes, closes)

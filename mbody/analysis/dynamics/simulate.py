@@ -178,14 +178,13 @@ def _each_then(*runs: Solution) -> Solution:
             f"then joins motions of as many designs, not of {told}: of a batch that of all "
             "designs, of run.design(n) its own"
         )
-    found = []
-    for n in range(counts[0]):
-        own = [one for run in runs if len(one := run.design(n))]
-        found.append(then(*own) if own else runs[0].design(n))
-        if runs[-1].design(n).ending != found[-1].ending:
-            found[-1] = with_fields(found[-1], status=runs[-1].design(n).ending)
     from mbody.analysis.position.design_results import solution_of_designs
 
+    found = []
+    for n in range(counts[0]):
+        own = [run.design(n) for run in runs]
+        whole = then(*began) if (began := [one for one in own if len(one)]) else own[0]
+        found.append(with_fields(whole, status=own[-1].ending))
     return solution_of_designs(runs[-1].system, found)
 
 
