@@ -29,7 +29,6 @@ from mbody.derivatives.mode_record import (
     LostNumbers,
     ModeStretch,
     Strike,
-    independent,
     without_functions,
 )
 from mbody.errors import SolveError
@@ -55,7 +54,7 @@ from mbody.model.element import Numbers
 from mbody.solution.measures import evaluate_measure
 from mbody.solution.shared_forces import pressing_rows
 from mbody.solution.solution import IntegrationSettings, Solution
-from mbody.system.rank import joint_rows
+from mbody.system.rank import independent_rows, joint_rows
 from mbody.system.system import System, polar_points
 
 Array = np.ndarray
@@ -661,9 +660,10 @@ class ImpactDuals:
         held = [measured(s, 1.0)[0] for s in strike.held]
         G = np.concatenate([G, np.array(held).reshape(-1, n, 1 + width)])
         unit = system.coordinate_units[:, None]
-        kept = independent((G[:, :, 0] * unit[:, 0]).T) if len(G) else np.zeros(0, dtype=int)
+        G = G * unit
+        kept = np.array(independent_rows(G[:, :, 0]), dtype=int)
         sizes = self._joint_sizes(now.work, strike, shifted, kept)
-        G = (G * unit)[kept] if len(G) else G
+        G = G[kept]
         mass, place = _lanes(self.mass[:n], width), np.arange(n)
         slot = L.body_slot[place // 3]
         weight = (now.work.share[slot] * now.work.weight[3 * slot + place % 3]).value

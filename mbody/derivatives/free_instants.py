@@ -55,7 +55,7 @@ from mbody.solution.histories import link_poses, with_fields
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import driven_motion
 from mbody.system.assembler import assemble
-from mbody.system.rank import dense, jacobian
+from mbody.system.rank import dense, independent_rows, jacobian
 from mbody.system.system import System, with_numbers_of
 
 # -- First states of free motions, with derivatives by numbers and by what is prescribed of them
@@ -247,20 +247,11 @@ def _free(
     driven = _driven(system, [(one, 0.0) for one in every])
     G = dense(driven, _workspace(driven, start))[1]
     owners = [driven.owners[int(e)][0].name for e in driven.row_table[0]]
-    names = [one[0] for one in every]
-    order = [row for row, name in enumerate(owners) if name not in names]
-    kept, found = list[np.ndarray](), list[StartDriver]()
-    for row in [*order, *(owners.index(name) for name in names)]:
-        left = G[row] / max(float(np.linalg.norm(G[row])), tol.TINY)
-        for _ in range(2):
-            for one in kept:
-                left = left - (one @ left) * one
-        size = float(np.linalg.norm(left))
-        if size > tol.ROWS_DEPENDENT:
-            kept.append(left / size)
-            if owners[row] in names:
-                found.append(every[names.index(owners[row])])
-    return found
+    named = {one[0]: one for one in every}
+    order = [row for row, name in enumerate(owners) if name not in named]
+    order += map(owners.index, named)
+    kept = (owners[order[n]] for n in independent_rows(G[order]))
+    return [named[name] for name in kept if name in named]
 
 
 def _tangents_of(whole: DualSolution, body: str, place: str, count: int) -> np.ndarray:

@@ -374,17 +374,6 @@ def in_order(A: Array) -> list[int]:
     return kept
 
 
-def independent(A: Array) -> Array:
-    """Columns of A that do not depend on each other, ascending."""
-    from scipy.linalg import qr
-
-    if not A.size:
-        return np.zeros(0, dtype=int)
-    _, R, order = qr(A, mode="economic", pivoting=True)
-    sizes = np.abs(np.diag(R))
-    return np.sort(order[: len(sizes)][sizes > tol.ROWS_DEPENDENT * max(float(sizes[0]), tol.TINY)])
-
-
 @dataclass(eq=False)
 class ModeStretch:
     """A motion between two changes of modes, or set times.

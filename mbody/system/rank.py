@@ -10,7 +10,7 @@ import heapq
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -63,9 +63,7 @@ def jacobian(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
     Rows as in `System.row_table`; the signals must be set.
     """
     violation(system.runtime(), work)
-    primitive, row, _ = system.row_table
-    phi = work.phi[2 * system.layout.primitive_node[primitive] + row, 0]
-    return phi, joint_rows(system, work.block[:, 0])
+    return work.phi[system.row_numbers, 0], joint_rows(system, work.block[:, 0])
 
 
 def joint_rows(system: System, block: np.ndarray) -> np.ndarray:
@@ -112,17 +110,15 @@ def dense(system: System, work: Work, x: np.ndarray | None = None) -> tuple[np.n
             work.q[: len(x), 0] = x * system.coordinate_units
         phi, G = jacobian(system, work)
     else:
-        primitive, row, _ = system.row_table
-        number = 2 * system.layout.primitive_node[primitive] + row
-        phi, blocks = np.empty((len(x), len(number))), np.empty((len(work.block), len(x)))
         layout, own = system.runtime(), work.q[: x.shape[1], 0]
+        every, blocks = np.empty((len(x), len(work.phi))), np.empty((len(x), len(work.block)))
+        phi, block = work.phi[:, 0], work.block[:, 0]
         for k, one in enumerate(x * system.coordinate_units):
             own[:] = one
             violation(layout, work)
-            phi[k], blocks[:, k] = work.phi[number, 0], work.block[:, 0]
-        G = joint_rows(system, blocks).transpose(2, 0, 1)
-    unit = system.row_units
-    return unit * phi, unit[:, None] * G * system.coordinate_units
+            every[k], blocks[k] = phi, block
+        phi, G = every[:, system.row_numbers], joint_rows(system, blocks.T).transpose(2, 0, 1)
+    return system.row_units * phi, np.multiply(system.jacobian_units, G, order="C")
 
 
 # -- Positions at which rows vanish ------------------------------------------------------------
@@ -159,49 +155,63 @@ def close_rows(
     as none, so that rows which depend on others have no say. Rows that cannot all vanish are left
     where the steps end.
     """
-    single, x = x.ndim == 1, np.atleast_2d(x).copy()
-    y, left, good, last = x, np.arange(len(x)), np.zeros(len(x), dtype=bool), np.inf
-    inverse: Array = np.empty(0)
-    found, frames, values = inverse, inverse, inverse
-    if held is not None:
-        frames, values = held[0].reshape(len(x), -1, x.shape[1]), held[1].reshape(len(x), -1)
+    y, left, last, inverse = x, np.arange(len(x)), np.inf, np.empty(0)
+    frames, values = (x, x) if held is None else held
     for n in range(CORRECTIONS):
-        phi, G = (one[None] for one in rows(y[0])) if single else rows(y)
-        found = np.zeros((len(x), *G.shape[1:])) if n == 0 else found
-        found[left] = G
+        phi, G = rows(y)
+        own = G
         if held is not None:
-            phi = np.concatenate([phi, (frames @ y[:, :, None])[..., 0] - values], axis=1)
-            G = np.concatenate([G, frames], axis=1)
-        worst, norm = np.abs(phi).max(axis=1, initial=0.0), 1.0 + np.abs(y).max(axis=1)
+            phi = np.concatenate([phi, _times(frames, y) - values], axis=-1)
+            G = np.concatenate([G, frames], axis=-2)
+        worst, norm = _greatest(phi), 1.0 + _greatest(y)
         # a distance of zero has no direction
-        on = np.isfinite(worst + np.einsum("nij->n", G)) & ((worst < 1e3 * norm) | (n == 0))
+        on = np.isfinite(worst + G.sum(axis=(-2, -1))) & ((worst < 1e3 * norm) | (n == 0))
         near = worst <= tol.LOOP_CLOSURE_RESIDUAL_STALLED * norm
-        if near.any():
+        done = near & False
+        if np.count_nonzero(near):
             # the step by the Jacobian before; where it is not rounding, the position is singular,
             # and half of the digits is what Φ has there when it no longer falls
-            more = (inverse @ phi[:, :, None])[..., 0] if n else np.zeros_like(y)
-            small = np.abs(more).max(axis=1) <= 1e3 * tol.LOOP_CLOSURE_CORRECTION * norm
+            more = _times(inverse, phi) if n else np.zeros_like(y)
+            small = _greatest(more) <= 1e3 * tol.LOOP_CLOSURE_CORRECTION * norm
             ends = (small | (n == CORRECTIONS - 1)) & (worst <= tol.LOOP_CLOSURE_RESIDUAL * norm)
             done = on & near & (ends | (worst > 0.5 * last))
-            good[left[done]] = True
-            x[left] = y - np.where((done & small)[:, None], more, 0.0)
-            on &= ~done
-        if not on.all():
-            left, y, phi, G, worst, norm = (one[on] for one in (left, y, phi, G, worst, norm))
-            frames, values = (frames, values) if held is None else (frames[on], values[on])
-        if not left.size:
+            y = y - np.where((done & small)[..., None], more, 0.0)
+            on = on & ~done
+        if n == 0 and x.ndim > 1:
+            found = ClosedRows(np.empty(x.shape), np.empty(len(x), dtype=bool), np.empty(own.shape))
+        if not np.count_nonzero(on):
             break
+        if x.ndim > 1 and not on.all():
+            found.x[left], found.good[left], found.G[left] = y, done, own
+            every = (left, y, done, own, phi, G, worst, norm)
+            left, y, done, own, phi, G, worst, norm = (one[on] for one in every)
+            if held is not None:
+                frames, values = frames[on], values[on]
         inverse, last = pseudo_inverse(G, zero), worst
-        step = (inverse @ phi[:, :, None])[..., 0]
-        size = np.abs(step).max(axis=1)
-        if (size > 0.5).any():  # what is far is brought there at once
-            turn = np.where(size > tol.GUESS_FAR, np.abs(step[:, 2::3]).max(axis=1), size)
-            step *= np.minimum(1.0, 0.5 / np.maximum(turn, tol.TINY))[:, None]
-        y = x[left] = y - step
-        open_ = worst > tol.LOOP_CLOSURE_RESIDUAL_STALLED * norm
-        if (open_ & (size <= tol.LOOP_CLOSURE_FIRST_INSTANT * norm)).all():
+        step = _times(inverse, phi)
+        size = _greatest(step)
+        if np.count_nonzero(size > 0.5):  # what is far is brought there at once
+            turn = np.where(size > tol.GUESS_FAR, _greatest(step[..., 2::3]), size)
+            step *= np.minimum(1.0, 0.5 / np.maximum(turn, tol.TINY))[..., None]
+        y = y - step
+        still = size <= tol.LOOP_CLOSURE_FIRST_INSTANT * norm
+        still = still & (worst > tol.LOOP_CLOSURE_RESIDUAL_STALLED * norm)
+        if np.count_nonzero(still) == still.size:
             break  # rows that cannot all vanish
-    return ClosedRows(x[0], good[0], found[0]) if single else ClosedRows(x, good, found)
+    if x.ndim == 1:
+        return ClosedRows(y, done, own)
+    found.x[left], found.good[left], found.G[left] = y, done, own
+    return found
+
+
+def _greatest(x: Array) -> Any:
+    """Of the sizes of numbers (…, numbers): (…)."""
+    return np.abs(x).max(axis=-1, initial=0.0)
+
+
+def _times(A: Array, x: Array) -> Array:
+    """Products (…, rows) of matrices (…, rows, columns) and vectors (…, columns)."""
+    return (A @ x[..., None])[..., 0]
 
 
 def pseudo_inverse(G: Array, zero: float = tol.SINGULAR_VALUE_ZERO) -> Array:
@@ -216,10 +226,9 @@ def pseudo_inverse(G: Array, zero: float = tol.SINGULAR_VALUE_ZERO) -> Array:
         found = np.linalg.inv(G) if rows == columns else T @ np.linalg.inv(G @ T)
     except np.linalg.LinAlgError:
         return np.asarray(np.linalg.pinv(G, rcond=zero))
-    sizes = (np.einsum("...ij,...ij->...", one, one) for one in (G, found))
-    condition = math.prod(sizes)
+    condition = np.einsum("...ij,...ij->...", G, G) * np.einsum("...ij,...ij->...", found, found)
     near = ~(condition * max(zero, tol.SINGULAR_VALUE_NEAR_SINGULAR) ** 2 < 1.0)
-    if near.any():
+    if np.count_nonzero(near):
         found[near] = np.linalg.pinv(G[near], rcond=zero)
     return np.asarray(found)
 
@@ -244,9 +253,7 @@ def side_of(
 
 def dense_rates(system: System, work: Work) -> np.ndarray:
     """ν of every row in the workspace, lengths by the model length."""
-    primitive, row, _ = system.row_table
-    nu = work.nu[2 * system.layout.primitive_node[primitive] + row, 0]
-    return np.asarray(system.row_units * nu)
+    return np.asarray(system.row_units * work.nu[system.row_numbers, 0])
 
 
 def rank_of(
@@ -269,6 +276,26 @@ def rank_of(
     u, sizes, vt = np.linalg.svd(G)
     rank = int((sizes > zero * max(1.0, sizes[0])).sum())
     return Rank(coordinates, rows, rank, vt[rank:], u[:, rank:].T)
+
+
+def ranks_of(G: np.ndarray, zero: float) -> np.ndarray:
+    """Ranks (…) of dimensionless Φ_q (…, rows, coordinates), see `rank_of`."""
+    sizes = np.linalg.svd(G, compute_uv=False)
+    return np.asarray((sizes > zero * np.maximum(sizes[..., :1], 1.0)).sum(axis=-1))
+
+
+def independent_rows(G: np.ndarray) -> list[int]:
+    """Rows that do not depend on those before them, by Gram and Schmidt's method."""
+    kept, basis = list[int](), np.empty((0, G.shape[1]))
+    for n, row in enumerate(G):
+        left = row / max(float(np.linalg.norm(row)), tol.TINY)
+        for _ in range(2):
+            left = left - (basis @ left) @ basis
+        size = float(np.linalg.norm(left))
+        if size > tol.ROWS_DEPENDENT:
+            kept.append(n)
+            basis = np.vstack([basis, left / size])
+    return kept
 
 
 def _rank_by_parts(G: np.ndarray, zero: float, parts: np.ndarray) -> Rank:

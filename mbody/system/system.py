@@ -644,6 +644,17 @@ class System:
         return locked(np.where(is_angle, 1.0, 1.0 / length))
 
     @functools.cached_property
+    def jacobian_units(self) -> np.ndarray:
+        """What Φ_q without units is as a multiple of Φ_q: (rows, coordinates)."""
+        return locked(self.row_units[:, None] * self.coordinate_units)
+
+    @functools.cached_property
+    def row_numbers(self) -> np.ndarray:
+        """Of every row its place in the rows of a workspace (rows,)."""
+        primitive, row, _ = self.row_table
+        return locked(2 * self.layout.primitive_node[primitive] + row)
+
+    @functools.cached_property
     def parts(self) -> tuple[int, ...]:
         """First bodies of the connected parts, in ascending order."""
         return tuple(np.unique(self.layout.body_part).tolist())

@@ -82,7 +82,7 @@ class MotionCurve:
         """
         found = along @ place.motions.T @ place.motions
         along = found / np.linalg.norm(found)
-        derivative = float(along @ self.manifold.change(place, along))
+        derivative = float(along @ self.manifold.change(place, along[None])[0])
         side, frame = side_of(place.rows, along, before.frame if before else None)
         residual = float(place.force @ along)
         return Node(place.q / self.scale, along, side, frame, place, residual, derivative)

@@ -127,7 +127,7 @@ class Follower:
         if np.abs(shift).max(initial=0.0) > 0.0:
             parameter_motion = -np.linalg.lstsq(G, shift, rcond=tol.SINGULAR_VALUE_ZERO)[0]
         if parameter_motion.any():
-            change = change + self.manifold(value).change(here, parameter_motion)
+            change = change + self.manifold(value).change(here, parameter_motion[None])[0]
         return parameter_motion, here.motions @ change
 
     def _around(

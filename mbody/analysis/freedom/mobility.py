@@ -36,6 +36,7 @@ from mbody.system.rank import (
     dense,
     large_rank,
     rank_of,
+    ranks_of,
     row_elements,
     sparse_rows,
 )
@@ -756,28 +757,23 @@ class _Report:
         if isinstance(joints, LargeRank):
             return None, None
         system, count = self.system, self.joint_rows
-        before, random, reached = self.work.q.copy(), np.random.default_rng(0), False
+        before, random = self.work.q.copy(), np.random.default_rng(0)
         here = before[: system.coordinates, 0] / system.coordinate_units
+        steps = random.normal(size=(TRIES, joints.free)) @ joints.motions
+        steps *= NEARBY / np.linalg.norm(steps, axis=1)[:, None]
 
         def rows(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             phi, G = dense(system, self.work, x)
-            return phi[:count], G[:count]
+            return phi[:, :count], G[:, :count]
 
-        for _ in range(TRIES):
-            step = random.normal(size=joints.free) @ joints.motions
-            start = here + NEARBY * step / np.linalg.norm(step)
-            # what is nearly dependent is left alone
-            found = close_rows(rows, start, zero=tol.LEAST_SQUARES_RANK_NEARBY)
-            if found.good and np.linalg.norm(found.x - here) > 0.2 * NEARBY:
-                G = dense(system, self.work, found.x)[1]
-                ranks = (
-                    rank_of(G[: self.joint_rows], tol.SINGULAR_VALUE_DEAD_CENTRE).rank,
-                    rank_of(G, tol.SINGULAR_VALUE_DEAD_CENTRE).rank,
-                )
-                best = max(best[0], ranks[0]), max(best[1], ranks[1])
-                reached = True
+        # what is nearly dependent is left alone
+        found = close_rows(rows, here + steps, zero=tol.LEAST_SQUARES_RANK_NEARBY)
+        reached = found.good & (np.linalg.norm(found.x - here, axis=1) > 0.2 * NEARBY)
+        G = dense(system, self.work, found.x[reached])[1]
+        one, other = (ranks_of(G[:, :n], tol.SINGULAR_VALUE_DEAD_CENTRE) for n in (count, None))
+        best = int(one.max(initial=best[0])), int(other.max(initial=best[1]))
         self.work.q[:] = before
-        if not reached:
+        if not reached.any():
             self.notes.append(
                 "the free motion is infinitesimal: the joints allow it to first order, but no "
                 "position nearby; the structure is shaky"

@@ -9,7 +9,7 @@ along q + N y on the manifold, and K is symmetric where the loads have a potenti
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,7 @@ from mbody.core import tolerances as tol
 from mbody.kernels import finished_instants
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import close, laws_of_time, project
-from mbody.system.rank import ClosedRows, close_rows, dense, pseudo_inverse, rank_of
+from mbody.system.rank import ClosedRows, close_rows, dense, pseudo_inverse, rank_of, ranks_of
 from mbody.system.system import System
 
 Array = np.ndarray
@@ -257,26 +257,29 @@ class Manifold:
 
     def stiffness(self, here: Place) -> Array:
         """K (free, free) in the free directions of the place, as torques a radian."""
-        columns = [self.change(here, d) for d in here.motions]
-        if not columns:
-            return np.zeros((0, 0))
-        return np.asarray(-(here.motions @ np.array(columns).T))
+        return np.asarray(-(here.motions @ self.change(here, here.motions).T))
 
     def change(self, here: Place, along: Array) -> Array:
-        """∂(f − Φ_qᵀ λ)/∂q along a direction, λ fixed: (coordinates,)."""
+        """∂(f − Φ_qᵀ λ)/∂q along directions, λ fixed: (directions, coordinates)."""
 
-        def unbalanced(step: float) -> Array:
-            q = here.q + step * self.scale * along
-            force = self.force(q)
-            return np.asarray(force - self.rows(q)[1].T @ here.multipliers)
+        def forces(every: Array) -> Array:
+            return np.array([self.force(q) for q in every]).reshape(every.shape)
 
-        inner = unbalanced(tol.DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
-            -tol.DIFFERENCE_STEP_FOURTH_ORDER
-        )
-        outer = unbalanced(2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
-            -2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER
-        )
-        return np.asarray((8.0 * inner - outer) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
+        return self.changes(here.q[None], along[None], here.multipliers[None], forces)[0]
+
+    def changes(
+        self, q: Array, along: Array, balance: Array, forces: Callable[[Array], Array]
+    ) -> Array:
+        """∂(f − Φ_qᵀ λ)/∂q at positions along directions (positions, directions, coordinates), λ
+        (positions, rows) fixed, by all loads at positions (…, coordinates).
+        """
+        steps = np.array([-2.0, -1.0, 1.0, 2.0]) * tol.DIFFERENCE_STEP_FOURTH_ORDER
+        moved = q[:, None, None] + self.scale * along[:, :, None] * steps[:, None]
+        every = moved.reshape(-1, self.size)
+        balance = np.repeat(balance, 4 * along.shape[1], axis=0)
+        own = forces(every) - (balance[:, None] @ self.rows(every)[1])[:, 0]
+        change = np.array([1.0, -8.0, 8.0, -1.0]) @ own.reshape(moved.shape)
+        return np.asarray(change / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
 
     def distance(self, one: Array, other: Array) -> float:
         """Distance of two positions from each other, whole revolutions left out."""
@@ -378,9 +381,7 @@ class ManyPositions:
                 side[good] = np.linalg.slogdet(K)[0]
                 own &= side[good] != 0.0
             else:
-                sizes = np.linalg.svd(rows[good], compute_uv=False)
-                rank = (sizes > tol.SINGULAR_VALUE_ZERO * np.maximum(sizes[:, :1], 1.0)).sum(axis=1)
-                own &= rank == self.size - free
+                own &= ranks_of(rows[good], tol.SINGULAR_VALUE_ZERO) == self.size - free
             directions[good] = inverse[:, :, -free:].transpose(0, 2, 1)
             good = good.copy()
             good[good] = own
@@ -392,19 +393,9 @@ class ManyPositions:
 
         Φ_q and all loads there.
         """
-        count, free = motions.shape[:2]
         K = np.concatenate([rows, motions], axis=1)
         balance = np.einsum("ncm,nc->nm", pseudo_inverse(K), force)[:, : rows.shape[1]]
-        steps = np.array([-2.0, -1.0, 1.0, 2.0]) * tol.DIFFERENCE_STEP_FOURTH_ORDER
-        moved = self.scale * motions[:, :, None] * steps[:, None]  # positions, free, steps
-        every = (q[:, None, None] + moved).reshape(-1, self.size)
-        G = self.manifold.rows(every)[1].reshape(count, -1, *rows.shape[1:])
-        own = self.forces(every).reshape(count, -1, self.size)
-        own = own - np.einsum("nsrc,nr->nsc", G, balance)
-        own = own.reshape(count, free, 4, self.size)
-        change = (own[:, :, 0] - 8.0 * own[:, :, 1] + 8.0 * own[:, :, 2] - own[:, :, 3]) / (
-            12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER
-        )
+        change = self.manifold.changes(q, motions, balance, self.forces)
         return np.asarray(-np.einsum("nac,nbc->nab", motions, change))
 
     def places(self, found: ClosedPositions, which: Sequence[int] | Array) -> list[Place]:
