@@ -119,11 +119,14 @@ def _motion(solution: Solution, units: OutputUnits) -> dict[str, Any]:
 
 
 def _event(one: EventRecord, units: OutputUnits) -> dict[str, Any]:
-    """An event as data; of a contact with its name, of an impact with its impulses."""
+    """An event as data; of a contact with its name, of an impact with its impulses, and of which
+    contacts these are shared.
+    """
     plain = {"name": one.name, "t": _time(one.t, units)}
     plain |= {"contact": one.contact} if one.contact else {}
     impulses = {name: list(parts) for name, parts in one.impulses.items()}
-    return plain | ({"impulses": impulses} if impulses else {})
+    plain |= {"impulses": impulses} if impulses else {}
+    return plain | ({"shared": list(one.shared)} if one.shared else {})
 
 
 def _time(t: float, units: OutputUnits) -> float:

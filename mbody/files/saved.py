@@ -277,6 +277,9 @@ def check_header(header: Mapping[str, Any], system: System) -> None:
         impulses = header.get("impulses", [{}] * len(events))
         sound = isinstance(impulses, list) and all(map(_impulses, impulses))
         want(sound and len(impulses) == len(events), "'impulses' are not of the events")
+        shared = header.get("shared", [[]] * len(events))
+        sound = isinstance(shared, list) and all(map(_texts, shared))
+        want(sound and len(shared) == len(events), "'shared' are not of the events")
     if "way" in header:
         settings = header["way"]
         want(
@@ -525,6 +528,7 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
         header["modes"] = {name: list(modes) for name, modes in run.modes.items()}
         header["contacts"] = [one.contact for one in run.events]
         header["impulses"] = [{k: list(v) for k, v in one.impulses.items()} for one in run.events]
+        header["shared"] = [list(one.shared) for one in run.events]
     if run.stepped is not None:
         header["stepped"] = stepped_header(run.stepped)
         arrays |= stepped_arrays(run.stepped)
@@ -669,6 +673,7 @@ def _solution(
 
     contacts = header.get("contacts", [""] * len(header["events"]))
     impulses = header.get("impulses", [{}] * len(header["events"]))
+    shared = header.get("shared", [[]] * len(header["events"]))
     events = tuple(
         EventRecord(
             name,
@@ -677,6 +682,7 @@ def _solution(
             instants(f"after.{n}", t) if after else None,
             contacts[n],
             {contact: (float(a), float(b)) for contact, (a, b) in impulses[n].items()},
+            shared=tuple(shared[n]),
         )
         for n, (name, t, after) in enumerate(header["events"])
     )

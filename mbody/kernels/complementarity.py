@@ -311,6 +311,15 @@ def is_linear(P):
     return linear
 
 
+@inline
+def is_convex(P):
+    """Whether no limit depends on the forces: accelerations that solve the problem are unique."""
+    convex = is_linear(P)
+    for r in range(P.count[NORMALS], P.count[ROWS]):
+        convex = convex and P.law[r] != CONE
+    return convex
+
+
 # -- Certificate -------------------------------------------------------------------------------
 
 
@@ -710,9 +719,10 @@ def try_all_modes(P):
 @njit
 def keep(P):
     """Keep the solution P.g, P.v unless one with its accelerations, or with its modes and nearly
-    its forces, is kept: nearly singular ones have few digits.
+    its forces, is kept: nearly singular ones have few digits. As D is positive no two have modes in
+    which nothing slides.
     """
-    n, found = P.count[ROWS], P.count[SOLUTIONS]
+    n, m, found, slides_on = P.count[ROWS], P.count[NORMALS], P.count[SOLUTIONS], False
     if found == MOST_SOLUTIONS:
         return
     most, fastest, here = 0.0, 1.0, found * n
@@ -721,6 +731,8 @@ def keep(P):
         fastest = max(fastest, 0.0 if slides(P, r) else abs(P.v[r]))
     for r in range(n):
         P.mode[here + r] = mode_of(P, r, most, fastest)
+        presses = r >= m and (P.law[r] != CONE or P.mode[here + P.normal[r]] == 1)
+        slides_on = slides_on or (presses and P.mode[here + r] != 0)
     for k in range(found):
         differs, other, moved = False, False, 0.0
         for r in range(n):
@@ -731,7 +743,8 @@ def keep(P):
             differs = differs or abs(P.v[r] - P.w[k, r]) > least
             other = other or P.mode[here + r] != P.mode[k * n + r]
             moved = max(moved, abs(P.g[r] - P.f[k, r]))
-        if not differs or (not other and moved <= CONTACT_FORCE_SAME * most):
+        alike = not slides_on or moved <= CONTACT_FORCE_SAME * most
+        if not differs or (not other and alike):
             return
     for r in range(n):
         P.f[found, r], P.w[found, r] = P.g[r], P.v[r]
@@ -765,7 +778,9 @@ def contact_solutions(P, every):
     if found:
         P.number[RESIDUAL] = residual(P)
         keep(P)
-    if (every or not found) and number_of_modes(P) <= MOST_MODES:
+    if found and is_convex(P):
+        P.count[COMPLETE] = 1
+    elif (every or not found) and number_of_modes(P) <= MOST_MODES:
         try_all_modes(P)
         P.count[COMPLETE] = 1
     kappa = P.number[SCALE]

@@ -133,7 +133,7 @@ def add_struck(L, W, U, D, s, sign, owner):
         terms += abs(D.R[r, k] * W.v[k, 0])
     D.before[r], D.noise[r] = sign * row_rate(L, W, U, s), CONTACT_ACCELERATION_ROUNDING * terms
     D.owner[r], D.law[r], D.normal[r], D.kinetic[r] = owner, CONE, -1, 0
-    D.kept_slip[r] = 0.0
+    D.kept_slip[r], D.outcomes[r] = 0.0, 1
     return r
 
 
@@ -300,7 +300,7 @@ def refine_jump(L, M, D, P, I, n):
         if not found:
             for r in range(m):
                 D.given_law[r] = 0.0
-            found = solve_impulses(D, P, little)
+            found = solve_impulses(D, P, False, little)
             for r in range(m):
                 D.given_law[r] = D.w[r]
         if not found:

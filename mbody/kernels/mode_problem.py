@@ -16,6 +16,7 @@ from mbody.core.decorators import inline, kernel, njit
 from mbody.core.tolerances import (
     COMPLEMENTARITY_SHIFT,
     CONTACT_ACCELERATION_NONE,
+    CONTACT_ACCELERATION_ROUNDING,
     CONTACT_IMPULSES_DEPENDENT,
     MACHINE_EPSILON,
     ROWS_DEPENDENT,
@@ -61,6 +62,7 @@ class ContactDecision(Bundle):
     `own_f`, `own_w`, `own_mode` (MOST_SOLUTIONS + 1, n): Those of every part, each part by itself,
       that of the trial last.
     `order` (MOST_SOLUTIONS,): In which they are taken.
+    `outcomes` (n,): How many velocities after an impact solve the part of each row.
     `R`, `Y` (n, coordinates), `X` (n, 2 nodes): Rows, and how velocities and multipliers respond to
       them; `owner`, `pair` (n,): whose they are, −1 of teeth, and friction pairs of joints.
     `f`, `w`, `mode` (n,): The solution that is taken.
@@ -74,6 +76,7 @@ class ContactDecision(Bundle):
     kinetic: Ints
     part: Ints
     parts_count: Ints
+    outcomes: Ints
     members: Ints
     place: Ints
     order: Ints
@@ -291,17 +294,19 @@ def solve_parts(D, P, every, trial):
         k = take_part(D, P, part)
         count = contact_solutions(P, every)
         complete = min(complete, P.count[COMPLETE])
+        if every or not trial:
+            D.parts_count[part] = count
         if not trial:
-            D.parts_count[part], D.count[TRIED] = count, complete
+            D.count[TRIED] = complete
         if count == 0:
             return 0
         least_pressing_first(D, P, count)
+        whole += count - 1
         if trial:
             keep_part(D, P, k, D.order[0], MOST_SOLUTIONS)
             continue
         for i in range(count if every else 1):
             keep_part(D, P, k, D.order[i], i)
-        whole += count - 1
     return whole
 
 
@@ -367,6 +372,15 @@ def begin_sliding(D, P):
         take_solution(D, -1)
 
 
+@inline
+def turns_back(D, r, slip):
+    """Whether tangent r moves against the sliding by the last trial."""
+    terms = abs(D.without[r])
+    for c in range(D.count[ALL_ROWS]):
+        terms += abs(D.delassus[r, c]) * abs(D.own_f[MOST_SOLUTIONS, c])
+    return slip * D.own_w[MOST_SOLUTIONS, r] < -CONTACT_ACCELERATION_NONE * terms
+
+
 @njit
 def next_slips(D, n, m):
     """D.slip ← directions of what slides by the last trial. Whether they are the same; whether
@@ -379,11 +393,7 @@ def next_slips(D, n, m):
         slip = D.slip[r]
         now = float(D.own_mode[at * width + r])
         if slip != 0.0:
-            terms = abs(D.without[r])
-            for c in range(n):
-                terms += abs(D.delassus[r, c]) * abs(D.own_f[at, c])
-            back = slip * D.own_w[at, r] < -CONTACT_ACCELERATION_NONE * terms
-            now = 0.0 if back else slip
+            now = 0.0 if turns_back(D, r, slip) else slip
         same, some = same and now == slip, some or now != 0.0
         D.slip[r] = now
         again = again and now == D.kept_slip[r]
@@ -405,36 +415,42 @@ def diagonal_unit(D, n):
 
 
 @njit
-def solve_impulses(D, P, x):
+def solve_impulses(D, P, every, x):
     """x ← impulses from velocities D.shifted without them, with normal impulses D.given_law that
-    count in the cones; whether there are any.
+    count in the cones; whether there are any. D.outcomes where `every` set of modes is tried.
     """
     n, m, some = D.count[ALL_ROWS], D.count[ALL_NORMALS], False
     for r in range(n):
         D.c[r], D.f0[r], D.slip[r], D.sliding[r] = D.shifted[r], 0.0, 0.0, 0.0
     for r in range(m, n):
         cone = D.law[r] == CONE
-        D.sliding[r] = 0.0 if cone else D.kept_slip[r]
+        D.sliding[r] = own_sliding(D, r)
         for k in range(m):
             if D.sliding[r] == 0.0 and (not cone or D.normal[r] == k):
                 D.sliding[r] = stops_at_once(D, r, k)
-        some = some or D.sliding[r] != 0.0
+        some = some or D.sliding[r] != own_sliding(D, r)
         D.given[r] = D.given_law[D.normal[r]] if cone else 0.0
         for s in range(0 if cone else 2):
             D.at[r, s] = 0.0
             for c in range(m):
                 D.at[r, s] += D.by_force[r, s, c] * D.given_law[c]
     without_forces(D)
-    found = some and solve_parts(D, P, False, True) > 0
-    if some:
-        for r in range(m, n):
-            D.sliding[r] = 0.0 if D.law[r] == CONE else D.kept_slip[r]
-    if not found:
-        found = solve_parts(D, P, False, True) > 0
-    if found:
-        for r in range(n):
-            x[r] = D.own_f[MOST_SOLUTIONS, r]
+    found = solve_parts(D, P, every, True) > 0
+    while some:
+        some = leave_sliding(D, not found)
+        if some:
+            found = solve_parts(D, P, every, True) > 0
+    for r in range(n if found else 0):
+        x[r] = D.own_f[MOST_SOLUTIONS, r]
+        if every:
+            D.outcomes[r] = max(D.outcomes[r], D.parts_count[D.part[r]])
     return found
+
+
+@inline
+def own_sliding(D, r):
+    """The direction of sliding that tangent r has in any impact; zero but of teeth."""
+    return 0.0 if D.law[r] == CONE else D.kept_slip[r]
 
 
 @inline
@@ -442,12 +458,31 @@ def stops_at_once(D, r, k):
     """The direction of sliding of tangent r where it slides by the motion that approaches at normal
     k, as the end of a rod on a pin: both stop together, until when it slides; else zero.
     """
-    N, T, C = D.delassus[k, k], D.delassus[r, r], D.delassus[k, r]
-    one = N * T > 0.0 and N * T - C * C <= ROWS_DEPENDENT * N * T and D.shifted[k] < 0.0
+    N, T, C, fastest = D.delassus[k, k], D.delassus[r, r], D.delassus[k, r], 0.0
+    one = N * T > 0.0 and N * T - C * C <= ROWS_DEPENDENT * N * T and D.shifted[k] < -D.noise[k]
     along, across = D.shifted[r] * N, D.shifted[k] * C
     if not one or abs(along - across) > ROWS_DEPENDENT * abs(across):
         return 0.0
+    for c in range(D.count[ALL_ROWS]):
+        if D.part[c] == D.part[k] and D.delassus[c, c] > 0.0:
+            fastest = max(fastest, abs(D.shifted[c]) * np.sqrt(N / D.delassus[c, c]))
+    # of what rests rounding approaches
+    if -D.shifted[k] <= CONTACT_ACCELERATION_ROUNDING * fastest:
+        return 0.0
     return 1.0 if along > 0.0 else -1.0 if along < 0.0 else 0.0
+
+
+@njit
+def leave_sliding(D, every):
+    """What does not slide until it stops rests, or turns, as friction lets it: what the last trial
+    turns back, or `every` one. Whether there is any.
+    """
+    some = False
+    for r in range(D.count[ALL_NORMALS], D.count[ALL_ROWS]):
+        own, slip = own_sliding(D, r), D.sliding[r]
+        if slip != own and (every or turns_back(D, r, slip)):
+            D.sliding[r], some = own, True
+    return some
 
 
 @njit
@@ -465,7 +500,7 @@ def impact(D, P):
             D.given_law[r] = 0.0
             if D.newton[r] == 1:
                 D.shifted[r] += D.restitution[r] * min(D.before[r], 0.0)
-    if not solve_impulses(D, P, D.impulse):
+    if not solve_impulses(D, P, True, D.impulse):
         return False
     for r in range(m):
         D.given_law[r] = 0.0 if D.newton[r] == 1 else D.restitution[r] * D.impulse[r]
@@ -479,7 +514,7 @@ def impact(D, P):
         for c in range(n):
             total += D.delassus[r, c] * (D.impulse[c] + (D.given_law[c] if c < m else 0.0))
         D.shifted[r] += total
-    if not solve_impulses(D, P, D.more):
+    if not solve_impulses(D, P, True, D.more):
         return False
     for r in range(n):
         D.impulse[r] += D.more[r] + (D.given_law[r] if r < m else 0.0)
@@ -651,7 +686,7 @@ def solve_decision(D: ContactDecision, P: ContactProblem, task: int, number: int
         found = impact_without_collision(D, P)
     else:
         find_parts(D)
-        found = solve_impulses(D, P, D.impulse)
+        found = solve_impulses(D, P, True, D.impulse)
         if found:
             take_solution(D, -1)
     return 1 if found else 0

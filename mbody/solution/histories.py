@@ -515,6 +515,8 @@ class EventRecord:
         Of an impact what every contact that took part in it gave, `impulse` by name.
     design : int or None
         Of a batch which design it happened to.
+    shared : tuple of str
+        Contacts whose impulses are one choice of many, with the same velocities after it.
 
     Examples
     --------
@@ -534,6 +536,7 @@ class EventRecord:
     contact: str = ""
     impulses: dict[str, tuple[float, float]] = field(default_factory=dict, repr=False)
     design: int | None = None
+    shared: tuple[str, ...] = field(default=(), repr=False)
 
     def impulse(self, contact: str) -> tuple[float, float]:
         """Normal and tangential impulse of a contact in this impact, summed over its points; zeros

@@ -9,6 +9,7 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.files.saved import load_run, save_run
+from tests.contact.test_decision_kernels import every_solution
 from tests.support.falling import ball, blocks
 
 G = 9.81
@@ -327,3 +328,81 @@ def test_an_impact_says_what_its_contacts_gave(tmp_path):
     assert data["impulses"] == {"foot": list(hit.impulse("foot"))}
     save_run(run, tmp_path / "run.npz")
     assert load_run(tmp_path / "run.npz").events[0].impulses == hit.impulses
+
+
+def rocker(friction, size=1.0, mass=1.0):
+    """A body on two feet in a groove, that turns about the left one, while the right one strikes:
+    walls of 60°, feet at (±0.8, −1) about its mass centre, J = 0.3, by size and mass.
+    """
+    a, h, wall = 0.8 * size, size, math.pi / 3.0
+    places = {"R": (a, -h), "L": (-a, -h)}
+    shapes = {"right": {"line": {"point": "R", "angle": wall}}}
+    shapes["left"] = {"line": {"point": "L", "angle": -wall}}
+    machine = mbody.Mechanism("groove", ground=places, ground_shapes=shapes)
+    machine.add(
+        mbody.Body("rocker", mass=mass, inertia=0.3 * mass * size**2, points=places),
+        mbody.Contact("right", "ground.right", "rocker.R", friction=friction),
+        mbody.Contact("left", "ground.left", "rocker.L", friction=friction),
+    )
+    start = {"rocker": {"x": 0, "y": 0, "angle": 0, "vx": h, "vy": -a, "omega": -1.0}}
+    machine.simulation = mbody.SimulationSettings(0.01, start)
+    return machine
+
+
+@pytest.mark.parametrize(("size", "mass"), [(1.0, 1.0), (1e-3, 1e6)])
+def test_a_body_that_rocks_in_a_groove_goes_on_or_is_wedged(size, mass):
+    """Housner's ratio of rates (J + m (h² − a²))/(J + m (h² + a²)) about the right foot; where the
+    line of both feet is within both cones, at 90° − 60° = atan μ, rest is another outcome.
+    """
+    rows, a, h, wall = [], 0.8, 1.0, math.pi / 3.0
+    for s in (1.0, -1.0):
+        rows.append((-s * math.sin(wall), math.cos(wall)))
+    rows += [(y, -x) for x, y in rows]
+    feet = [(a, -h), (-a, -h)] * 2
+    R = np.array([(x, y, px * y - py * x) for (x, y), (px, py) in zip(rows, feet, strict=True)])
+    D, before = R @ np.diag([1.0, 1.0, 1.0 / 0.3]) @ R.T, R @ (h, -a, -1.0)
+    ratio = (0.3 + h * h - a * a) / (0.3 + h * h + a * a)
+    for friction, names in ((0.57, ()), (0.585, ("right", "left"))):
+        run = mbody.simulate(rocker(friction, size, mass))
+        (hit,) = run.events
+        assert hit.after["rocker"].omega[0] == pytest.approx(-ratio, rel=1e-10)
+        every = [w for _, w in every_solution(D, before, np.full(2, friction), np.zeros(2))]
+        rates = {round(abs(w[1]), 9) for w in every}
+        assert rates == {round(2.0 * a * math.cos(wall) * ratio, 9), *([0.0] if names else [])}
+        assert [one.elements for one in run.doubts] == ([names] if names else [])
+        assert run.status.startswith("doubtful: at t = 0 s the impact" if names else "completed")
+
+
+@pytest.mark.parametrize(("friction", "e"), [(0.0, 0.0), (0.4, 0.0), (0.0, 0.5)])
+def test_impulses_that_are_one_choice_of_many_are_named(friction, e, tmp_path):
+    """A box that falls flat on both feet: how they share what stops it sideways is open, unless one
+    contact has both; its motion is not. Three feet in a row share what stops it downwards.
+    """
+    places = {"A": (-0.5, -0.2), "B": (0.0, -0.2), "C": (0.5, -0.2)}
+    found = {}
+    for feet in ("AC", "ABC"):
+        shapes = {"floor": {"line": {"point": "O", "angle": 0.0}}}
+        machine = mbody.Mechanism("box", ground={"O": (0, 0)}, ground_shapes=shapes)
+        machine.add(mbody.Body("box", mass=2.0, inertia=0.1, points=places))
+        machine.add(
+            *(
+                mbody.Contact(
+                    f"foot {k}", "ground.floor", f"box.{k}", friction=friction, restitution=e
+                )
+                for k in feet
+            )
+        )
+        start = {"box": {"x": 0.0, "y": 0.2, "angle": 0.0, "vx": 0.1, "vy": -1.0}}
+        machine.simulation = mbody.SimulationSettings(0.01, start)
+        run = mbody.simulate(machine)
+        (hit, *_) = run.events
+        assert hit.after["box"].vy[0] == pytest.approx(e, abs=1e-11) and not run.doubts
+        assert sum(hit.impulse(f"foot {k}")[0] for k in feet) == pytest.approx(
+            2.0 * (1.0 + e), rel=1e-10
+        )
+        found[feet] = hit.shared
+        assert any("impulses of" in note for note in run.notes) == bool(hit.shared)
+        save_run(run, tmp_path / "run.npz")
+        assert load_run(tmp_path / "run.npz").events[0].shared == hit.shared
+    assert found["AC"] == (("foot A", "foot C") if friction else ())
+    assert found["ABC"] == ("foot A", "foot B", "foot C")

@@ -128,3 +128,47 @@ def test_a_rod_that_strikes_turns_in_its_pin_until_it_stops(friction, restitutio
     assert after == pytest.approx(up, rel=1e-9, abs=1e-12)
     assert not run.doubts
     assert 0.5 * J * (before**2 - after**2) >= -1e-12 * before**2
+
+
+def pinned_at_the_end(turn):
+    """A block that a force has pushed to the end of its guide when the rod pinned to it swings
+    against the end of the pin; all of it turned.
+    """
+    machine = mbody.Mechanism("block and rod", ground={"O": (0.0, 0.0)})
+    guide = mbody.Marker("ground", (0.0, 0.0), turn), mbody.Marker("block", (0.0, 0.0), 0.0)
+    c, s = math.cos(turn), math.sin(turn)
+    machine.add(
+        mbody.Body("block", mass=1.0, inertia=0.1, points={"P": (0.0, 0.0)}),
+        mbody.Body("rod", mass=0.5, inertia=0.02, cg=(0.4, 0.0), points={"P": (0.0, 0.0)}),
+        mbody.Prismatic(
+            "guide", *guide, friction=0.4, length=0.5, limits=(-1.0, 0.0), restitution=0.0
+        ),
+        mbody.Revolute(
+            "pin", "block.P", "rod.P",
+            friction=0.3, pin_radius=0.05, limits=(-2.0, -0.9), restitution=0.0,
+        ),
+        mbody.Force("push", "block", 2.0, angle=turn),
+    )  # fmt: skip
+    start = {"block": {"x": -0.05 * c, "y": -0.05 * s, "angle": turn}}
+    start["rod"] = {"angle": turn - 2.0, "omega": 3.0}
+    machine.simulation = mbody.SimulationSettings(0.45, start, rtol=1e-11)
+    return machine
+
+
+@pytest.mark.parametrize("turn", 0.3 + 0.7 * np.arange(4))
+def test_friction_does_not_push_what_rests_at_an_end(turn):
+    """The rod drives the block against its end: both stop. What rounding makes of the block's rate
+    does not decide that its friction acts as of a block that arrives, which threw it off the end.
+    """
+    run = mbody.simulate(pinned_at_the_end(turn))
+    events = [(one.name, one.contact) for one in run.events if one.name in ("impact", "open")]
+    assert events == [("impact", "guide_high"), ("impact", "pin_high")]
+    hit = next(one for one in run.events if one.contact == "pin_high")
+    omega = hit.state["rod"].omega[0]
+    assert max(abs(hit.after["block"].vx[0]), abs(hit.after["rod"].omega[0])) < 1e-12 * omega
+    # (J + m c²) ω = P + ρ m c ω: the end of the pin and its friction, by the reaction of what stops
+    rho, moment = 0.05 * 0.3 / math.hypot(1.0, 0.3), hit.impulse("pin_high")[0] * run.system.length
+    assert moment == pytest.approx((0.1 - rho * 0.2) * omega, rel=1e-9)
+    # the end of the guide or its friction: what stops the block may be either
+    assert hit.shared == ("guide_high",)
+    assert not [one for one in run.doubts if "outcomes" in one.message]

@@ -147,3 +147,11 @@ def impulses(contacts, before, restitution, newton, *, without_collision=False):
         return None
     found[rows] = D.impulse
     return found
+
+
+def outcomes(contacts, before):
+    """How many velocities fulfil the laws of an impact without restitution from `before` (2 m,)."""
+    m, (D, P) = len(contacts), contacts.loaded()
+    D.before[:], D.restitution[:m], D.newton[:m] = before[contacts.rows], 0.0, 0
+    found = solve_decision(D, P, kernels.IMPACT, 0)
+    return int(D.outcomes[: len(contacts.rows)].max()) if found else 0

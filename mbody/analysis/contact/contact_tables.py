@@ -162,7 +162,7 @@ class ClosedContacts:
         D, P = _memory.of(len(rows))
         D.count[:2] = len(rows), m
         D.delassus[:] = self.delassus[np.ix_(rows, rows)]
-        for array in (D.noise, D.soft, D.sliding, D.given, D.kinetic, D.given_law):
+        for array in (D.noise, D.soft, D.sliding, D.given, D.kinetic, D.given_law, D.outcomes):
             array[:] = 0
         D.law[:], D.normal[m:], D.mu[m:] = CONE, rows[m:] - m, self.friction[rows[m:] - m]
         return D, P

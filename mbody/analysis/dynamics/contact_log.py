@@ -24,11 +24,12 @@ from mbody.kernels.advance import (
     POLE,
     TRIED_COLLISION,
 )
+from mbody.kernels.complementarity import CONE, law_sizes
 from mbody.kernels.contact_guards import BEGIN, LIFT, SHARE, SLIP, STOP
 from mbody.kernels.contact_impacts import RESTED
 from mbody.kernels.friction import ARMS, FRICTION_KINDS
 from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.kernels.mode_problem import TRIED
+from mbody.kernels.mode_problem import ALL_NORMALS, ALL_ROWS, TRIED, ContactDecision
 from mbody.kernels.step_state import TIME
 from mbody.kernels.watched_steps import POLE_TIME
 from mbody.model.element import listed
@@ -39,6 +40,7 @@ from mbody.solution.shared_forces import (
     BentLimit,
     ForceLimits,
     ForceSet,
+    Lines,
     SharedResult,
     open_forces,
     pressing_rows,
@@ -329,6 +331,62 @@ class SharedForces:
         return held
 
 
+def admissible_impulses(D: ContactDecision) -> tuple[ForceSet, Array] | None:
+    """All impulses of an impact that have the same velocities after it, and how those of its rows
+    change by their combinations, (rows, free); None where they are unique. What slid and has all
+    of its friction against that slid until it stopped.
+    """
+    n, m = int(D.count[ALL_ROWS]), int(D.count[ALL_NORMALS])
+    own = D.delassus.diagonal()[:n]
+    acts, unit = own > 0.0, 1.0 / np.sqrt(np.where(own > 0.0, own, 1.0))
+    S = unit[:, None] * D.delassus[:n, :n] * unit
+    if n < 2 or np.linalg.eigvalsh(S)[0] > tol.ROWS_DEPENDENT:
+        return None
+    g, before = D.impulse[:n] / unit, D.before[:n] * unit
+    w, none = before + S @ g, tol.ROWS_DEPENDENT * np.abs(g).max()
+    rests = np.abs(w) <= tol.ROWS_DEPENDENT * np.abs(before).max()
+    presses = (np.arange(n) < m) & (g > none)
+    limits, follows, size = np.zeros(n), np.diag(1.0 * (acts & (rests | presses))), np.empty((3, 1))
+    for r in range(m, n):
+        k, mu = int(D.normal[r]), 0.0
+        if D.law[r] == CONE:
+            mu = float(D.mu[r] * unit[k] / unit[r])
+            limits[r] = mu * g[k]
+        else:
+            x, y = D.by_force[r, :, :n] @ D.impulse[:n]
+            arm = D.arm[r, ARMS:] if g[r] > 0.0 else D.arm[r, :ARMS]
+            law_sizes(int(D.law[r]), arm.copy(), np.array([x]), np.array([y]), size)
+            limits[r] = size[0, 0] / unit[r]
+        slid = before[r] * g[r] < 0.0 and abs(before[r]) > tol.ROWS_DEPENDENT * np.abs(before).max()
+        free = limits[r] > none or (D.law[r] == CONE and follows[k, k] != 0.0)
+        if not (rests[r] and free) or (slid and abs(g[r]) >= limits[r] - none):
+            follows[r] = 0.0
+            if D.law[r] == CONE:
+                follows[r, k] = np.sign(g[r]) * mu * follows[k, k]
+    used = np.flatnonzero(follows.diagonal())
+    place, lines = {int(r): i for i, r in enumerate(used)}, Lines(len(used))
+    for r, i in place.items():
+        who = int(D.owner[r])
+        if r < m:
+            lines.add((who, 0.0), {i: 1.0})
+        for sign in (1.0, -1.0) if r >= m else ():
+            if D.law[r] == CONE and (k := int(D.normal[r])) in place:
+                lines.add((who, sign), {i: sign, place[k]: float(D.mu[r] * unit[k] / unit[r])})
+            else:
+                lines.add((who, sign), {i: sign}, float(limits[r]))
+    # as forces along one axis of a body for every row
+    columns = np.zeros((3 * n, len(used)))
+    columns[::3] = (S @ follows)[:, used]
+    every, limits_of = np.ones(len(used), dtype=bool), lines.made()
+    forces, parts, margins = reported(columns, g[used], every, limits_of)
+    if not parts:
+        return None
+    moves = np.column_stack([part.free for part in parts])
+    least = np.array([one.least for one in margins])
+    found = ForceSet(forces, limits_of, tuple(parts), least, (), np.arange(len(used)), moves)
+    return found, unit[:, None] * (follows[:, used] @ moves)
+
+
 class ContactLog:
     """The modes of a motion by name, and the log of what changes them.
 
@@ -555,6 +613,7 @@ class ContactLog:
         """Energy that an impact took of contacts; what stops that move, and drivers, gave."""
         m, I = self.motion, self.active.memory.impact
         self.check_impact()
+        self.check_outcomes()
         for k in np.flatnonzero(self.active.memory.modes.touches).tolist():
             name = self.active.uni.contact_points[k].name
             self.lost[self.stops.index(name)] += I.gained[k]
@@ -604,6 +663,46 @@ class ContactLog:
                 f"impulses exchange: {why}"
             )
         m.passage.doubts += (Doubt("energy", message, t, names),)
+
+    def check_outcomes(self) -> None:
+        """A doubt where velocities after an impact are not unique, of what hangs together with what
+        strikes; impulses that are not leave the motion as it is.
+        """
+        m, I, D = self.motion, self.active.memory.impact, self.active.memory.problem[0]
+        n, normals, t = int(D.count[ALL_ROWS]), int(D.count[ALL_NORMALS]), float(m.state[TIME])
+        struck = np.isin(D.part[:n], D.part[:normals][I.hit[D.owner[:normals]] == 1])
+        several = struck & (D.outcomes[:n] > 1) & (D.owner[:n] >= 0)
+        if not several.any():
+            return
+        names = tuple(dict.fromkeys(self._owners[k] for k in D.owner[:n][several].tolist()))
+        message = (
+            f"at t = {t:.6g} {m.system.mechanism.units.time} the impact at {listed(names)} has "
+            "several outcomes: friction allows other velocities after it as well, and those of the "
+            "least impulses were taken: do not rely on the motion from there on; less friction, or "
+            "clearance that lets them strike one after the other, decides"
+        )
+        m.passage.doubts += (Doubt("contact", message, t, names),)
+
+    def _shared_impulses(self) -> tuple[str, ...]:
+        """Contacts whose impulses in an impact are not unique, which a note says."""
+        D, points = self.active.memory.problem[0], len(self.active.uni.contact_points)
+        if (found := admissible_impulses(D)) is None:
+            return ()
+        forces, changes = found
+        owners = np.array(
+            [self._owners[k] if 0 <= k < points else "" for k in D.owner[: len(changes)]]
+        )
+        normal, names = np.arange(len(owners)) < D.count[ALL_NORMALS], list[str]()
+        for name in dict.fromkeys(owners[owners != ""].tolist()):
+            for rows in ((owners == name) & normal, (owners == name) & ~normal):
+                by, size = changes[rows].sum(axis=0), np.abs(changes[rows]).max(initial=0.0)
+                by[np.abs(by) <= tol.ROWS_DEPENDENT * size] = 0.0
+                if name not in names and forces.unique(by) is False:
+                    names.append(name)
+        note = f"the impulses of {listed(names)} in impacts are not unique: one of many is given"
+        if names and note not in self.notes:
+            self.notes.append(note)
+        return tuple(names)
 
     def _impulses(self) -> dict[str, tuple[float, float]]:
         """Normal and tangential impulse of every contact that took part in an impact."""
@@ -687,7 +786,10 @@ class ContactLog:
             return  # reported by the motion that this one continues
         every = ((record, self.before), (after, None))
         states = [self.instant(now, *one) for one in every]
-        m.occurred.append(EventRecord(kind, t, states[0], states[1], name, impulses or {}))
+        shared = self._shared_impulses() if impulses else ()
+        m.occurred.append(
+            EventRecord(kind, t, states[0], states[1], name, impulses or {}, shared=shared)
+        )
 
     def notes_of(self) -> tuple[str, ...]:
         """Notes of a motion: also on the joints whose reactions have impulses where rates of
