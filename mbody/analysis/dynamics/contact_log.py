@@ -331,16 +331,21 @@ class SharedForces:
         return held
 
 
-def admissible_impulses(D: ContactDecision) -> tuple[ForceSet, Array] | None:
-    """All impulses of an impact that have the same velocities after it, and how those of its rows
-    change by their combinations, (rows, free); None where they are unique. What slid and has all
-    of its friction against that slid until it stopped.
+def admissible_impulses(D: ContactDecision, sums: Array) -> tuple[ForceSet, Array] | None:
+    """All impulses of an impact that have the same velocities after it, and how some sums (sums,
+    rows) of them change by their combinations, (sums, free); None where these are unique. What slid
+    and has all of its friction against that slid until it stopped.
     """
     n, m = int(D.count[ALL_ROWS]), int(D.count[ALL_NORMALS])
     own = D.delassus.diagonal()[:n]
     acts, unit = own > 0.0, 1.0 / np.sqrt(np.where(own > 0.0, own, 1.0))
     S = unit[:, None] * D.delassus[:n, :n] * unit
-    if n < 2 or np.linalg.eigvalsh(S)[0] > tol.ROWS_DEPENDENT:
+    values, vectors = np.linalg.eigh(S)
+    if values[0] > tol.ROWS_DEPENDENT:
+        return None
+    scaled = sums * unit
+    none = tol.ROWS_DEPENDENT * np.abs(scaled).max(initial=0.0)
+    if np.abs(scaled @ vectors[:, values <= tol.ROWS_DEPENDENT]).max(initial=0.0) <= none:
         return None
     g, before = D.impulse[:n] / unit, D.before[:n] * unit
     w, none = before + S @ g, tol.ROWS_DEPENDENT * np.abs(g).max()
@@ -384,7 +389,9 @@ def admissible_impulses(D: ContactDecision) -> tuple[ForceSet, Array] | None:
     moves = np.column_stack([part.free for part in parts])
     least = np.array([one.least for one in margins])
     found = ForceSet(forces, limits_of, tuple(parts), least, (), np.arange(len(used)), moves)
-    return found, unit[:, None] * (follows[:, used] @ moves)
+    changes = scaled @ follows[:, used] @ moves
+    changes[np.abs(changes) <= tol.ROWS_DEPENDENT * np.abs(scaled).max()] = 0.0
+    return found, changes
 
 
 class ContactLog:
@@ -670,6 +677,8 @@ class ContactLog:
         """
         m, I, D = self.motion, self.active.memory.impact, self.active.memory.problem[0]
         n, normals, t = int(D.count[ALL_ROWS]), int(D.count[ALL_NORMALS]), float(m.state[TIME])
+        if D.outcomes[:n].max() <= 1:
+            return
         struck = np.isin(D.part[:n], D.part[:normals][I.hit[D.owner[:normals]] == 1])
         several = struck & (D.outcomes[:n] > 1) & (D.owner[:n] >= 0)
         if not several.any():
@@ -686,19 +695,17 @@ class ContactLog:
     def _shared_impulses(self) -> tuple[str, ...]:
         """Contacts whose impulses in an impact are not unique, which a note says."""
         D, points = self.active.memory.problem[0], len(self.active.uni.contact_points)
-        if (found := admissible_impulses(D)) is None:
+        n, m, sums = int(D.count[ALL_ROWS]), int(D.count[ALL_NORMALS]), dict[Any, Array]()
+        if n < 2:
+            return ()
+        for r, k in enumerate(D.owner[:n].tolist()):
+            if 0 <= k < points:
+                sums.setdefault((self._owners[k], r < m), np.zeros(n))[r] = 1.0
+        if (found := admissible_impulses(D, np.array(list(sums.values())))) is None:
             return ()
         forces, changes = found
-        owners = np.array(
-            [self._owners[k] if 0 <= k < points else "" for k in D.owner[: len(changes)]]
-        )
-        normal, names = np.arange(len(owners)) < D.count[ALL_NORMALS], list[str]()
-        for name in dict.fromkeys(owners[owners != ""].tolist()):
-            for rows in ((owners == name) & normal, (owners == name) & ~normal):
-                by, size = changes[rows].sum(axis=0), np.abs(changes[rows]).max(initial=0.0)
-                by[np.abs(by) <= tol.ROWS_DEPENDENT * size] = 0.0
-                if name not in names and forces.unique(by) is False:
-                    names.append(name)
+        every = zip(sums, changes, strict=True)
+        names = list(dict.fromkeys(one for (one, _), by in every if forces.unique(by) is False))
         note = f"the impulses of {listed(names)} in impacts are not unique: one of many is given"
         if names and note not in self.notes:
             self.notes.append(note)
