@@ -150,8 +150,17 @@ def compared(batch: Batch) -> Comparison:
         found.found = "refused"
         _refused(found, run, whole)
         return found
+    sound = [n for n in range(count) if n not in run.failures]
     for n in range(count):
-        row, alone = run.design(n), batch.analysed(whole.design(n))
+        alone = batch.analysed(whole.design(n))
+        if n not in sound:
+            found.status.add("failed")
+            if not isinstance(alone, Exception):
+                found.found = "failed from the first position of the batch"
+                alone = batch.analysed(whole.design(n), guess=_guess(run.design(sound[0])))
+            _failure(found, run, n, alone)
+            continue
+        row = run.design(n)
         if isinstance(alone, Exception) or not _same_place(row, alone):
             found.found = "equal from the first position of the batch"
             alone = batch.analysed(whole.design(n), guess=_guess(row))
@@ -164,13 +173,23 @@ def compared(batch: Batch) -> Comparison:
 
 
 def _refused(found: Comparison, error: Exception, whole: System) -> None:
-    for n in range(int(whole.batch or 0)):
-        alone = found.batch.analysed(whole.design(n))
-        if isinstance(alone, Exception):
-            if str(error) != f"design {n} of the batch: {alone}":
-                found.wrong.append(f"{error}\n    alone {n}: {alone}")
-            return
-    found.wrong.append(f"{error}\n    none alone")
+    """What is refused where all designs fail."""
+    every = [found.batch.analysed(whole.design(n)) for n in range(int(whole.batch or 0))]
+    if not all(isinstance(alone, Exception) for alone in every):
+        found.wrong.append(f"refused: {error}")
+    elif str(error) not in (str(every[0]), f"design 0 of the batch: {every[0]}"):
+        found.wrong.append(f"{error}\n    alone {every[0]}")
+
+
+def _failure(found: Comparison, run: Any, n: int, alone: Any) -> None:
+    """A design that failed: its error is that of the design alone, and it has no numbers."""
+    error = _failing(lambda: run.design(n))
+    if (type(error), str(error)) != (type(alone), str(alone)) or run.failures[n] != str(alone):
+        found.wrong.append(f"design {n}: {error}\n    alone {alone}")
+    if str(alone) not in " ".join(run.notes) or not run.status.startswith("failed:"):
+        found.wrong.append(f"design {n} is not said to have failed: {run.status} {run.notes}")
+    if isinstance(run, mbody.Solution) and np.isfinite(run.record.table(slice(None))[n]).any():
+        found.wrong.append(f"design {n}: rows of what failed")
 
 
 def _same_place(row: Any, alone: Any) -> bool:
@@ -295,10 +314,7 @@ def compared_free(batch: Batch) -> Comparison:
     every = [batch.analysed(whole.design(n)) for n in range(count)]
     if isinstance(run, Exception):
         found.found = "refused"
-        if not all(isinstance(alone, Exception) for alone in every):
-            found.wrong.append(f"refused: {run}")
-        elif not str(run).endswith(str(every[0])):
-            found.wrong.append(f"{run}\n    alone {every[0]}")
+        _refused(found, run, whole)
         return found
     if batch.analysis == "equilibrium":
         _each(found, run, every)
@@ -336,9 +352,8 @@ def _linear(design: System, at: Any) -> Any:
 def _each(found: Comparison, run: Any, every: list[Any]) -> None:
     """Results of designs that are no motions."""
     for n, alone in enumerate(every):
-        if isinstance(alone, Exception):
-            if run.failures.get(n) != str(alone) or str(alone) not in " ".join(run.notes):
-                found.wrong.append(f"design {n}: {run.failures.get(n)}\n    alone {alone}")
+        if n in run.failures or isinstance(alone, Exception):
+            _failure(found, run, n, alone)
             found.status.add("failed")
             continue
         row = run.design(n)
@@ -349,17 +364,13 @@ def _each(found: Comparison, run: Any, every: list[Any]) -> None:
 
 def _motion(found: Comparison, run: Any, n: int, alone: Any) -> None:
     """A design of motions, and its rows of the batch: NaN where it has no instant."""
+    if n in run.failures or isinstance(alone, Exception):
+        _failure(found, run, n, alone)
+        found.status.add("failed")
+        return
     row = run.design(n)
     found.status.add(row.status.partition(":")[0])
-    if isinstance(alone, Exception):
-        if row.status != f"failed: {alone}" or f"design {n}" not in f"{run.status} {run.notes}":
-            found.wrong.append(f"design {n}: {row.status}\n    alone {alone}")
-        alone = getattr(alone, "solution", None)
-        if alone is None:
-            if np.isfinite(run.record.table(slice(None))[n]).any():
-                found.wrong.append(f"design {n}: rows of what failed")
-            return
-    elif (row.status, row.doubts, row.notes) != (alone.status, alone.doubts, alone.notes):
+    if (row.status, row.doubts, row.notes) != (alone.status, alone.doubts, alone.notes):
         found.wrong.append(f"design {n}: {row.notes}\n    alone {alone.notes}")
     events = [[(e.name, e.contact, e.t) for e in one.events] for one in (row, alone)]
     events.append([(e.name, e.contact, e.t) for e in run.events if e.design == n])

@@ -27,6 +27,7 @@ from mbody.solution.histories import (
     one_design,
     reaction_torque,
     reported_certificate,
+    sound_designs,
 )
 from mbody.system.system import Locked, System
 
@@ -254,12 +255,12 @@ def _width(system: System) -> int:
 
 def checks(solution: Result) -> Checks:
     """Residuals, relative, greatest of all instants, and the balance of energy; of a batch those of
-    the worst design.
+    the worst design of those that did not fail.
     """
     from mbody.kernels.finished_instants import CONSTRAINT, FLOW, POWER
 
     if solution.record.batch:
-        each = [checks(solution.design(n)) for n in range(solution.record.count)]
+        each = [checks(one) for one in sound_designs(solution)]
         residual = [(one.constraint, one.equilibrium, one.virtual_work) for one in each]
         balance = [one.energy for one in each if one.energy is not None]
         constraint, equilibrium, work = np.max(residual, axis=0).tolist()
@@ -448,13 +449,10 @@ def certificate_of(solution: Result) -> Certificate:
     said = reported_certificate(solution)
     described = solution.system.notes
     if solution.record.batch:
-        count, reports = solution.record.count, solution.reports
-        own = [one for one in reports or (DesignReport(),) * count if isinstance(one, DesignReport)]
-        if len(own) < count or solution.system.measures_forces:
-            each = [(one.doubts, one.notes) for one in map(solution.design, range(count))]
-        else:
-            each = [_own_certificate(solution, one, n) for n, one in enumerate(own)]
-        every = (*said.notes, *described, *joined_notes([one for _, one in each]))
+        reports = solution.reports or (DesignReport(),) * solution.record.count
+        each = [_design_certificate(solution, one, n) for n, one in enumerate(reports)]
+        own = [[note for note in notes if note not in described] for _, notes in each]
+        every = (*said.notes, *described, *joined_notes(own))
         doubts = joined_doubts([one for one, _ in each])
         return Certificate(status_of(said.status, doubts), doubts, tuple(dict.fromkeys(every)))
     doubts, _ = _own_certificate(solution, said, 0)
@@ -467,6 +465,18 @@ def certificate_of(solution: Result) -> Certificate:
         added += present("open_forces_note", solution)
     described = tuple(note for note in described if note not in said.notes)
     return Certificate(status_of(said.status, doubts), doubts, (*said.notes, *described, *added))
+
+
+def _design_certificate(
+    solution: Result, said: Any, design: int
+) -> tuple[tuple[Doubt, ...], tuple[str, ...]]:
+    """Doubts and notes of a design of a batch; of one that failed its sentence."""
+    if isinstance(said, Exception):
+        return (), (str(said),)
+    if isinstance(said, DesignReport) and not solution.system.measures_forces:
+        return _own_certificate(solution, said, design)
+    own = solution.design(design)
+    return own.doubts, own.notes
 
 
 def _own_certificate(

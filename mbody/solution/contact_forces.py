@@ -294,6 +294,7 @@ def rates_at(solution: Result, design: int = 0, instants: Array | None = None) -
         rates_of_pairs(system.runtime(), system.work(designs=design), motion, output)
         slides = [pair.loses for pair in friction_pairs(system)]
         output[:, ~np.array(slides), 2] = 0.0
+        output[np.isnan(output[:, :, 0]), 2] = np.nan  # of a design that failed
     return output
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import contextlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self, TypeVar
 
 from mbody._version import __version__
+from mbody.errors import ModelError, SolveError
 from mbody.system.system import lock
 
 #: What a doubt may be about.
@@ -87,12 +89,28 @@ def joined_ending(endings: Sequence[str]) -> str:
     >>> joined_ending(["completed", "ended: 'down' at t = 1 s"])
     "ended: 1 of 2 designs, as design 1: 'down' at t = 1 s"
     """
+    parts = [one.partition(": ") for one in endings]
     for word in ("failed", "stopped", "ended"):
-        own = [n for n, one in enumerate(endings) if one.startswith(f"{word}:")]
+        own = {
+            n: sentence for n, (kind, sign, sentence) in enumerate(parts) if kind == word and sign
+        }
         if own:
-            first = endings[own[0]].partition(": ")[2]
-            return f"{word}: {len(own)} of {len(endings)} designs, as design {own[0]}: {first}"
+            return partial_ending(word, own, len(endings))
     return "completed"
+
+
+def partial_ending(word: str, sentences: Mapping[int, str], count: int) -> str:
+    """How a batch of so many designs ended, some of which did as these sentences say.
+
+    >>> partial_ending("failed", {2: "loops do not close", 3: "dead centre"}, 9)
+    'failed: 2 of 9 designs, as design 2: loops do not close'
+    >>> partial_ending("failed", {}, 9)
+    'completed'
+    """
+    if not sentences:
+        return "completed"
+    first = min(sentences)
+    return f"{word}: {len(sentences)} of {count} designs, as design {first}: {sentences[first]}"
 
 
 def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
@@ -114,6 +132,39 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
     status = status_of(found.status, every) if ending is None else ending
     doubtful: Result = replace(found, doubts=every, notes=notes, status=status)
     return doubtful
+
+
+class DesignFailures(dict[int, ModelError | SolveError]):
+    """The error of each design that failed, by its number: of batches and of sweeps.
+
+    >>> failures = DesignFailures()
+    >>> with failures.of(2):
+    ...     raise SolveError("loops do not close")
+    >>> failures.sentences
+    {2: 'loops do not close'}
+    """
+
+    @contextlib.contextmanager
+    def of(self, design: int) -> Iterator[None]:
+        """Within, an error is one of that design, and takes nothing from the others."""
+        try:
+            yield
+        except (ModelError, SolveError) as error:
+            self[design] = error.with_traceback(None)
+
+    @property
+    def sentences(self) -> dict[int, str]:
+        """What each says, in the order of the designs."""
+        return {n: str(error) for n, error in sorted(self.items())}
+
+    def refuse_all(self, count: int) -> None:
+        """Raise the error of the first where all of so many designs failed."""
+        if len(self) < count:
+            return
+        error, said = self[0], set(self.sentences.values())
+        if len(said) > 1 or count == 1:
+            error.args = (f"design 0 of the batch: {error}", *error.args[1:])
+        raise error
 
 
 #: Designs of a batch that a sentence names.

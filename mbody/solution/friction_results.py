@@ -502,8 +502,9 @@ def mode_of(solution: Any, name: str) -> list[Any]:
     """How a frictional joint moves at each instant, by the sign of its rate."""
     _refuse_smooth(solution, name)
     n = next(n for n, one in contact_forces.losing_pairs(solution) if one.joint == name)
-    words = np.array(["slip-", "stick", "slip+"], dtype=object)
-    found: list[Any] = words[(solution.rates_of_pairs[..., n, 2] + 1.0).astype(int)].tolist()
+    words = np.array(["slip-", "stick", "slip+", ""], dtype=object)  # none of what failed
+    which = np.nan_to_num(solution.rates_of_pairs[..., n, 2] + 1.0, nan=3.0).astype(int)
+    found: list[Any] = words[which].tolist()
     return found
 
 

@@ -292,8 +292,12 @@ class Result(Protocol):
         """Value, rate and acceleration of the drivers (instants, drivers, 3)."""
 
     @property
-    def reports(self) -> tuple[DesignReport | Result, ...]:
-        """Of a batch what is said of each design, or its own result."""
+    def reports(self) -> tuple[DesignReport | Result | Exception, ...]:
+        """Of a batch what is said of each design, or its own result, or its error."""
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """The sentence of each design of a batch that failed."""
 
     @property
     def released(self) -> Mapping[str, float]:
@@ -637,6 +641,12 @@ def check_forces(solution: Result, what: str) -> None:
     if not solution.has_forces:
         raise ModelError(f"{solution.analysis} finds no forces: use kinetostatics or statics")
     one_design(solution, f"{what} are of one design")
+
+
+def sound_designs(solution: Result) -> list[Any]:
+    """The designs of a batch that did not fail."""
+    failed = solution.failures
+    return [solution.design(n) for n in range(solution.record.count) if n not in failed]
 
 
 def one_design(solution: Result, what: str, element: str | None = None) -> None:

@@ -200,8 +200,8 @@ class Solution(Attributes, Presented):
     stepped: SteppedContacts | None = None
     #: Admissible forces that no equation decides.
     shared: SharedResult | None = None
-    #: Of a batch what is said of each design; its own result where each was found alone.
-    reports: tuple[DesignReport | Solution, ...] = field(default=(), repr=False)
+    #: Of a batch what is said of each design; its own result where each was found alone; its error.
+    reports: tuple[DesignReport | Solution | Exception, ...] = field(default=(), repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         # without what is made anew on demand: tables and read-only views cannot be packed
@@ -243,6 +243,11 @@ class Solution(Attributes, Presented):
     def design(self, index: int) -> Solution:
         """One design of a batch with its doubts and notes; of one design the result itself.
 
+        Raises
+        ------
+        ModelError, SolveError
+            Where it failed: the error of the analysis of that design alone.
+
         Examples
         --------
         >>> import mbody
@@ -256,6 +261,8 @@ class Solution(Attributes, Presented):
             return self
         n = range(self.record.count)[index]
         found = self.reports[n] if self.reports else DesignReport()
+        if isinstance(found, Exception):
+            raise found.with_traceback(None)
         if isinstance(found, Solution):
             return found
         own = found._asdict()
@@ -318,6 +325,11 @@ class Solution(Attributes, Presented):
         """
         found: Solution = present("then", self, *later)
         return found
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """The sentence of each design of a batch that failed, by its number."""
+        return {n: str(one) for n, one in enumerate(self.reports) if isinstance(one, Exception)}
 
     @property
     def mechanism(self) -> Mechanism:

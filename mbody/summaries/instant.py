@@ -609,7 +609,8 @@ class _Summary:
         parts.append(measures(self.solution))
         lines = heading(self.solution, self._when())
         if self.batch:
-            lines += paragraph("peaks and ranges over all designs; system.design(n) is one of them")
+            which = "the designs that did not fail" if self.solution.failures else "all designs"
+            lines += paragraph(f"peaks and ranges over {which}; run.design(n) is one of them")
         for part in parts:
             lines += ["", *part] if part else []
         return lines + closing(self.solution, residuals=not self.batch)
@@ -717,9 +718,12 @@ class _Summary:
             return []
         efforts = np.array([self.solution.effort(driver.name) for driver in chosen])
         flat = efforts.reshape(len(chosen), -1)
-        weight = self._weights()
-        mean = np.nansum((efforts * weight).reshape(len(chosen), -1), axis=1)
-        square = np.nansum((efforts**2 * weight).reshape(len(chosen), -1), axis=1)
+        # over the motions of all designs, without instants that have none
+        weight = np.resize(mean_weights(self.solution.t), flat.shape) * np.isfinite(flat)
+        with np.errstate(invalid="ignore"):
+            mean, square = (
+                np.nansum(one * weight, axis=1) / weight.sum(axis=1) for one in (flat, flat**2)
+            )
         units, kind = self.units, "torque" if angular else "force"
         floor = force_floor(self.solution) * (self.solution.system.length if angular else 1.0)
         columns = [
@@ -743,11 +747,6 @@ class _Summary:
             columns.append(quantities("peak power", power, "power", units, least))
         over = "time" if in_time(self.solution.t) else "the instants"
         return [*table(columns), f"mean and rms over {over}"]
-
-    def _weights(self) -> Array:
-        """Of the instants in a mean over the motion and over the designs: their sum is 1."""
-        designs = self.solution.record.count if self.batch else 1
-        return mean_weights(self.solution.t) / designs
 
 
 #: Members that a summary shows.

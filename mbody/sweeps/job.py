@@ -41,7 +41,7 @@ from mbody.model.simulation import (
     outermost,
     reduce_history,
 )
-from mbody.solution.doubts import Doubt, as_doubt
+from mbody.solution.doubts import DesignFailures, Doubt, as_doubt
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, in_output_unit, measured
 from mbody.solution.solution import Solution
@@ -745,8 +745,9 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
         else:
             for column, history in zip(result.columns, found, strict=True):
                 column[~alone] = history.reshape(column.shape)[~alone]
+    failures = DesignFailures()
     for design in np.flatnonzero(alone).tolist():
-        try:
+        with failures.of(design):
             if progress[design] < 1.0 and not _closes(job, values[design]):
                 open_loops += 1
                 raise _open(job, values[design], float(progress[design]), open_loops <= EXPLAINED)
@@ -755,8 +756,7 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
                 column[design] = value
             if run.doubts:
                 result.doubts[design] = run.doubts
-        except (ModelError, SolveError) as error:
-            result.failures[design] = str(error)
+    result.failures.update(failures.sentences)
     for column, wanted in zip(result.columns, job.columns, strict=True):
         finite = np.isfinite(column).reshape(len(values), -1).all(axis=1)
         for design in np.flatnonzero(~finite).tolist():
@@ -792,10 +792,12 @@ def _together(
         rows, sound = integrate_lanes(system, course, own, job.wanted)
     else:
         times = course.grid.t
-        check_law_ranges(system, times, job.how.get("drive") or {})
+        failures = DesignFailures()
+        check_law_ranges(system, times, job.how.get("drive") or {}, failures)
         closed_at = closed_poses(system, course.grid, course.pose, course.origin, course.small)
         rows, sound = on_lanes(system, course, closed_at.poses, job.wanted)
         sound &= closed_at.good
+        sound[list(failures)] = False
         progress = closed_at.progress
         if len(course.grid.given) == len(times):
             given = course.grid.take(np.arange(job.before, len(times))).given

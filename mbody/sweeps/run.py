@@ -23,7 +23,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
 from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.doubts import Doubt
+from mbody.solution.doubts import Doubt, partial_ending
 from mbody.summaries.text_table import Column, number, numbers, paragraph, table
 from mbody.sweeps.job import (
     BLOCK,
@@ -172,7 +172,9 @@ class Sweep:
 
     @property
     def status(self) -> str:
-        """`ending`, or "doubtful: …" where a design is in doubt."""
+        """`ending`, or "failed: …" where a design failed, "doubtful: …" where one is in doubt."""
+        if failures := self.failures:
+            return partial_ending("failed", failures, len(self))
         if not self.doubts:
             return self.ending
         count = len(self.kept.doubts)
@@ -290,8 +292,8 @@ class Sweep:
         if doubts:
             lines += ["", f"{len(doubts)} of {len(self)} designs are in doubt:"]
             lines += [f"  {one.message}" for one in self.doubts[:NAMED]]
-        if self.status != "completed":
-            lines += ["", self.status]
+        if self.ending != "completed" or (self.doubts and not failed):
+            lines += ["", self.ending if failed else self.status]
         if self.known:
             lines += ["", *(line for note in self.known for line in paragraph(f"note: {note}"))]
         return "\n".join(lines)

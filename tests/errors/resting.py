@@ -226,7 +226,7 @@ a point with inertia | ModelError | rod | 'rod': its spread is "point", but its 
 second moments that are another inertia | ModelError | rod | 'rod': xx + yy of its spread is 0.3, its inertia 0.2: in the plane both are the same moment about the mass centre, change one of them
 the spindle of a batch | ModelError | field | the spindle of 'field' is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
 a driver that is not there lets go | ModelError | motor | there is no driver 'motor' to release (drivers are: none)
-rest positions of a design that has none | SolveError | rod | design 1 of the batch: no rest position of 'pendulum' was met: what drives it is least at 0 deg of 'rod', where 2.19 N·m are left; begin elsewhere with starts, or change its loads
+rest positions of a design that has none | SolveError | rod | no rest position of 'pendulum' was met: what drives it is least at 0 deg of 'rod', where 2.19 N·m are left; begin elsewhere with starts, or change its loads
 rest positions at two times | ModelError | - | equilibrium takes one time, not 2
 a start that is a number | ModelError | - | starts must be guesses such as [{"crank": 0.3}, {"crank": 2.0}], not [0.5]
 rest positions of very many bodies | SolveError | - | equilibrium of 'free': 1598 rows of 2400 coordinates are too many, it takes up to 1500 rows
@@ -238,8 +238,8 @@ a force round and round | SolveError | seat | no rest position of 'swing' was me
 a spring without a value at rest | SolveError | spring | load 'spring' has no value at t = 0 s: 'log(x/(1 m) - 9) N' is not defined there; choose a formula that is, by max or min
 linear equations at all rest positions | ModelError | - | at must be one rest position of equilibrium, or a Solution, not Equilibria
 linear equations at a batch | ModelError | - | at is a batch of designs: give one, of system.design(n)
-linear equations at a design that does not close | SolveError | - | design 1 of the batch: loops do not close at t = 0 s: the smallest gap is 2.5 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
-linear equations at a design that does not rest | SolveError | rod | design 1 of the batch: no rest position of 'pendulum' was met: what drives it is least at 0 deg of 'rod', where 2.19 N·m are left; begin elsewhere with starts, or change its loads
+linear equations at a design that does not close | SolveError | A | loops do not close at t = 0 s: the smallest gap is 2.5 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
+linear equations at a design that does not rest | SolveError | rod | no rest position of 'pendulum' was met: what drives it is least at 0 deg of 'rod', where 2.19 N·m are left; begin elsewhere with starts, or change its loads
 linear equations at another machine | ModelError | - | 'pendulum', of which an instant is given, has not the same bodies as 'slider'
 linear equations of very many bodies | SolveError | - | linearize of 'free': 1598 rows of 2400 coordinates are too many for dense matrices
 linear equations of what is driven | SolveError | - | nothing is free in 'pendulum', there are no small motions: release a driver, with free

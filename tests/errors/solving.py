@@ -250,7 +250,10 @@ SCENARIOS = {
     "a law that jumps": lambda: mbody.kinematics(
         by_law(lambda t: t + (t > 0.5) * 2.0), t=[0.0, 1.0]
     ),
-    "a design that cannot close": lambda: mbody.kinetostatics(batch(coupler_B_x=[3.0, 3.1, 10.0])),
+    "a design that cannot close": lambda: mbody.kinetostatics(
+        batch(coupler_B_x=[3.0, 3.1, 10.0])
+    ).design(2),
+    "designs none of which can close": lambda: mbody.kinetostatics(batch(coupler_B_x=[10.0, 11.0])),
 }
 
 SENTENCES = r"""
@@ -312,5 +315,6 @@ velocities at the end of a stroke | SolveError | ram | no velocities agree with 
 a change point at which the motion turns back | SolveError | motor | branches of 'four-bar' meet at 180 deg, t = 0.999619 s, of 'crank', driven by 'motor', in 'O2', 'A', 'B', 'O4': on which of them the motion goes on is not certain; stop before, or change a length so that they stay apart
 a change point with two drivers | SolveError | motor | branches of 'four-bar' meet at 180 deg of 'crank', driven by 'motor', in 'O2', 'A', 'B', 'O4': on which of them the motion goes on is not certain; leave that instant out, the motion goes through there between others
 a law that jumps | SolveError | motor | the motion of 'four-bar' cannot be followed beyond 28.65 deg, t = 0.5 s, of 'crank': does the law of 'motor' jump there?
-a design that cannot close | SolveError | A | design 2 of the batch: loops do not close at t = 0 s: the smallest gap is 4.878 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
+a design that cannot close | SolveError | A | loops do not close at t = 0 s: the smallest gap is 4.878 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
+designs none of which can close | SolveError | A | design 0 of the batch: loops do not close at t = 0 s: the smallest gap is 4.878 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
 """

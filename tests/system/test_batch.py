@@ -5,19 +5,24 @@ import pytest
 from numpy.testing import assert_allclose
 
 from mbody import (
+    AngleDriver,
     Force,
     Gravity,
     ModelError,
     SolveError,
+    Torque,
     assemble,
     kinematics,
     kinetostatics,
     makers,
     statics,
+    sweep,
 )
 from mbody.analysis.driven.path_following import Runner
 from mbody.core.lanes import LANES
+from mbody.laws import Polynomial
 from tests.support.batches import DESIGNS, TIMES, OneOf, four_bar, same, spread
+from tests.support.frictional import with_changes
 
 
 def test_a_batch_keeps_its_length():
@@ -148,16 +153,75 @@ class Sampled(OneOf):
         return type("part", (), parts)()
 
 
-def test_a_design_that_cannot_close_is_named():
+@pytest.mark.parametrize("analysis", [kinetostatics, statics, kinematics])
+def test_designs_that_fail_take_nothing_from_the_others(analysis):
     values = spread()
-    values["ground.O4.x"][21] = 9.0
-    with pytest.raises(SolveError, match=r"^design 21 of the batch: loops do not") as caught:
-        kinetostatics(assemble(four_bar()).with_values(values), TIMES)
-    assert caught.value.element in ("A", "B")
-
-
-def test_a_design_that_meets_a_dead_centre_is_named():
-    values = {"crank.A.x": np.linspace(1.0, 1.2, DESIGNS)}
+    values["ground.O4.x"][[0, 21]] = 9.0  # the branch is that of the first that closes
     values["crank.A.x"][33] = 2.2  # stretched before a turn is made
-    with pytest.raises(SolveError, match=r"^design 33 of the batch: dead centre at .*'motor'"):
-        kinetostatics(assemble(four_bar()).with_values(values), np.linspace(0.0, 1.2, 25))
+    times, failed = np.linspace(0.0, 1.2, 25), [0, 21, 33]
+    batch = assemble(four_bar()).with_values(values)
+    run = analysis(batch, times)
+    assert list(run.failures) == failed
+    assert run.status == f"failed: 3 of {DESIGNS} designs, as design 0: {run.failures[0]}"
+    assert run.failures[0].startswith("loops do not close")
+    assert run.failures[33].startswith("dead centre at ")
+    assert [f"design {n}: {said}" for n, said in run.failures.items()] == list(run.notes)
+    assert "failed: 3 of 41 designs" in str(run) and "the designs that did not fail" in str(run)
+    for n in failed:
+        with pytest.raises(SolveError) as caught:
+            run.design(n)
+        with pytest.raises(SolveError) as alone:
+            analysis(batch.design(n), times)
+        assert (str(caught.value), caught.value.element) == (str(alone.value), alone.value.element)
+        assert np.isnan(run.record.table(slice(None))[n]).all()
+    sound = np.setdiff1d(np.arange(DESIGNS), failed)
+    rest = assemble(four_bar()).with_values({name: row[sound] for name, row in values.items()})
+    # other lanes beside them, and another first design
+    assert run["rocker"].angle[sound] == pytest.approx(analysis(rest, times)["rocker"].angle)
+    assert run.checks.constraint < 1e-13
+
+
+def test_means_of_a_batch_are_of_the_designs_that_did_not_fail():
+    """The line of the motor's mean and rms."""
+    lines = []
+    for lengths in ([3.0, 3.1], [3.0, 3.1, 9.0]):
+        values = {"coupler.B.x": lengths}
+        designs = assemble(makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1, 3, 2), speed=5.0))
+        text = str(kinetostatics(designs.with_values(values), TIMES))
+        lines += [line for line in text.splitlines() if line.startswith("T12")]
+    assert len(lines) == 2 and lines[0] == lines[1]
+
+
+def test_designs_that_all_fail():
+    batch = assemble(four_bar()).with_values({"ground.O4.x": [9.0, 9.5]})
+    with pytest.raises(SolveError, match=r"^design 0 of the batch: loops do not close"):
+        kinetostatics(batch, TIMES)
+
+
+@pytest.mark.parametrize("name", ["brake.value", "motor.law"])
+def test_a_design_whose_law_has_no_value_there(name):
+    """The others go on, in a batch and in a sweep; each error is that of the design alone."""
+    law = "sqrt(1 - t)"
+    machine = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1, 3, 2), speed=5.0).without("motor")
+    machine.add(AngleDriver("motor", "crank", law if name == "motor.law" else Polynomial([0, 5])))
+    machine.add(Torque("brake", "rocker", value=law if name == "brake.value" else 1.0))
+    system, reach = assemble(machine), {f"{name}.c0": [0.3, 1.0, 2.0, 0.4]}
+    run = kinetostatics(system.with_values(reach), TIMES)
+    swept = sweep(system, reach, measure="peak(A.force)", t=TIMES)
+    assert list(run.failures) == [0, 3] and swept.failures == run.failures
+    assert swept.status == run.status and swept.status.startswith("failed: 2 of 4 designs, as ")
+    for n in (0, 3):
+        with pytest.raises(ModelError) as alone:
+            kinetostatics(system.with_values(reach).design(n), TIMES)
+        assert run.failures[n] == str(alone.value)
+    peaks = np.hypot(run.reaction("A").fx, run.reaction("A").fy).max(axis=1)
+    assert peaks == pytest.approx(swept["peak(A.force)"], nan_ok=True)
+
+
+def test_a_failed_design_has_no_mode_of_friction():
+    machine = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1, 3, 2), speed=5.0)
+    more = {"friction": 0.1, "pin_radius": 0.01}
+    machine = with_changes(machine, lambda one: more if one.name == "A" else {})
+    designs = assemble(machine).with_values({"coupler.B.x": [9.0, 3.0]})
+    modes = kinetostatics(designs, [0.0, 0.1]).mode("A")
+    assert modes[0] == ["", ""] and set(modes[1]) <= {"slip+", "slip-"}

@@ -10,10 +10,9 @@ with one row.
 
 from __future__ import annotations
 
-import contextlib
 import warnings
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -36,13 +35,13 @@ from mbody.analysis.position.closed_position import (
 from mbody.analysis.position.design_results import common_fields
 from mbody.core import tolerances as tol
 from mbody.core.lanes import LANES, aligned
-from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.errors import ModelWarning, SolveError
 from mbody.kernels.continuation import BY_DRIVER, BY_TIME
 from mbody.kernels.continuation_lanes import Designs, LanePath, follow_designs
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.model_notes import may_be_one_sided
 from mbody.solution.checks import BranchPlace
-from mbody.solution.doubts import NAMED
+from mbody.solution.doubts import NAMED, DesignFailures, partial_ending
 from mbody.solution.histories import (
     DesignReport,
     Record,
@@ -211,14 +210,24 @@ def _again(
 
 
 def of_designs(
-    system: System, first: Any, pose: np.ndarray | None, analysed: Callable[[System], Any]
+    system: System,
+    analysed: Callable[[System], Any],
+    pose: np.ndarray | None,
+    failures: DesignFailures,
 ) -> Solution:
-    """Every design, as it would be analysed alone, on the branch of the `first`, and with its
-    closed contacts: on lanes where these can follow it. `first`, `analysed` of a design: how it is
-    analysed alone (`mbody.analysis.driven.driven`).
+    """Every design, as it would be analysed alone, on the branch of the first that has a first
+    position, and with its closed contacts: on lanes where these can follow it. `analysed` of a
+    design: how it is analysed alone (`mbody.analysis.driven.driven`). A design that fails takes
+    nothing from the others; `failures`: those that did before.
     """
-    with numbered(0):
-        start = first.closed(pose)
+    designs, leader = int(system.batch or 0), -1
+    for leader in range(designs):
+        if leader not in failures:
+            with failures.of(leader):
+                first = analysed(system.design(leader))
+                start = first.closed(pose)
+                break
+    failures.refuse_all(designs)
     # contacts are closed by each design's own first position
     contacts, grid, before = bool(first.notes), first.grid, first.before
     lanes = not contacts and first.runner.fits_lanes(start, grid)
@@ -228,17 +237,18 @@ def of_designs(
         lanes = False  # each says for itself what is wrong
     given, system = system, with_numbers_of(first.system, system.values) if contacts else system
     runner, par = Runner(system, first.analysis), system.par.copy()
-    designs, pose = int(system.batch or 0), start.work.q[:, 0].copy()
+    pose = start.work.q[:, 0].copy()
     own = _ambiguous(first, pose)
     said = [note for note in start.notes if note not in own]
     poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
     if lanes:
-        origin = system.par[:, 0].copy()
+        origin = system.par[:, leader].copy()
         closed_at = closed_poses(system, grid, pose, origin, rounding(system, pose))
         poses, good = closed_at.poses, closed_at.good
+        good[list(failures)] = False
 
     def of_design(n: int) -> Any:
-        if not n:
+        if n == leader:
             return first
         # the gaps of contacts are those where the guesses put its own bodies
         one = replace(first, system=system.design(n), notes=first.notes[:1])
@@ -249,7 +259,7 @@ def of_designs(
         return other
 
     each, common = says_of_each(system, runner.analysis), None
-    blocks, reports, elsewhere = list[np.ndarray](), list[DesignReport](), list[str]()
+    blocks, reports, elsewhere = list[np.ndarray](), list[DesignReport | None](), list[str]()
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
         output = np.empty((len(grid.s), runner.rows, LANES))
@@ -261,29 +271,37 @@ def of_designs(
             if sound and common is not None and not each:
                 reports.append(common._replace(branch=branches[lane]))
                 continue
-            with numbered(design):
+            reports.append(None)
+            with failures.of(design):
+                if design in failures:
+                    raise failures[design]
                 one = of_design(design)
                 if sound:
                     record = Record([output[:, :, lane : lane + 1]], len(grid.s), batch=False)
-                    begin = _begun(one, poses[design], said) if design else start
+                    begin = _begun(one, poses[design], said) if design != leader else start
                     found = one.reported(begin, record)
                 else:
                     closed = poses[design] if good[design] else None
-                    one, begin = _beside(one, pose, said, closed) if design else (one, start)
-                    if not begin.straight and not _same_branch(system, start.work, begin.work):
-                        elsewhere.append(str(design))
+                    one, begin = one, start
+                    if design != leader:
+                        one, begin = _beside(one, pose, said, closed)
+                    same = begin.straight or _same_branch(system, start.work, begin.work)
                     found = one.followed(begin)
-            output[before:, :, lane] = found.record.table(slice(None))
-            reports.append(report(found))
-            if sound:
-                reports[-1] = reports[-1]._replace(branch=branches[lane])
-            common = reports[-1] if sound else common
+                    elsewhere += [] if same else [str(design)]
+                output[before:, :, lane] = found.record.table(slice(None))
+                said_of = report(found)
+                if sound:
+                    common = said_of = said_of._replace(branch=branches[lane])
+                reports[-1] = said_of
+            if design in failures:
+                output[:, :, lane] = np.nan
         blocks.append(output[before:])
+    failures.refuse_all(designs)
     notes = _said_elsewhere(elsewhere)
     grid = grid.take(np.arange(before, len(grid.s)))
     record = Record(blocks, designs, batch=True)
     system = replace(system, par=par) if contacts else system
-    return joined(system, runner.analysis, grid, record, reports, notes)
+    return joined(system, runner.analysis, grid, record, reports, notes, failures)
 
 
 def _ambiguous(one: Any, pose: np.ndarray) -> list[str]:
@@ -311,7 +329,8 @@ def _beside(
     by its guesses where they lead there. `closed`: Where lanes closed it from that pose.
     """
     own: ClosedPosition | None = None
-    with contextlib.suppress(SolveError), warnings.catch_warnings():
+    why = DesignFailures()
+    with why.of(0), warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
         own = one.closed(None)
 
@@ -323,6 +342,8 @@ def _beside(
     try:
         near = one.closed(pose)
     except SolveError:
+        if own is None:
+            raise why[0] from None
         return one, one.closed(None)
     if own is not None and is_own(near.work.q[:, 0]):
         return one, own
@@ -356,11 +377,15 @@ def joined(
     analysis: str,
     grid: TimeGrid,
     record: Record,
-    reports: list[DesignReport],
+    reports: Sequence[DesignReport | None],
     notes: tuple[str, ...] = (),
+    failures: DesignFailures | None = None,
 ) -> Solution:
-    """The result of all designs."""
-    places = {n: one.branch for n, one in enumerate(reports) if isinstance(one.branch, BranchPlace)}
+    """The result of all designs, of those that failed without a report."""
+    failures = DesignFailures() if failures is None else failures
+    sound = [one for one in reports if one is not None]
+    branches = {n: one.branch for n, one in enumerate(reports) if one is not None}
+    places = {n: one for n, one in branches.items() if isinstance(one, BranchPlace)}
     nearest = max(places, key=lambda n: places[n].closeness) if places else None
     branch = None if nearest is None else places[nearest].distance(system.design(nearest))
     return Solution(
@@ -370,9 +395,10 @@ def joined(
         record=record,
         given=None if grid.mode == BY_TIME else grid.given,
         notes=notes,
-        shared=forces_of_designs([one.shared for one in reports], len(grid.s)),
-        reports=tuple(reports),
-        **common_fields([*reports, DesignReport(branch=branch)]),
+        status=partial_ending("failed", failures.sentences, len(reports)),
+        shared=forces_of_designs([one and one.shared for one in reports], len(grid.s)),
+        reports=tuple(one or failures[n] for n, one in enumerate(reports)),
+        **common_fields([*sound, DesignReport(branch=branch)]),
     )
 
 
@@ -437,13 +463,3 @@ def _same_branch(system: System, one: Work, other: Work) -> bool:
         if np.linalg.slogdet(first[group])[0] * np.linalg.slogdet(second[group])[0] <= 0.0:
             return False
     return True
-
-
-@contextlib.contextmanager
-def numbered(design: int) -> Iterator[None]:
-    """Errors name the design."""
-    try:
-        yield
-    except (ModelError, SolveError) as error:
-        error.args = (f"design {design} of the batch: {error}", *error.args[1:])
-        raise

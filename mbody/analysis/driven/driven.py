@@ -27,6 +27,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import PlainNumbers
 from mbody.quantities.units import DIMENSIONS
+from mbody.solution.doubts import DesignFailures
 from mbody.solution.histories import Record, reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
@@ -105,24 +106,26 @@ def driven(
     so many instants, `before` those requested, lead there and are left out. `pose`
     (3·bodies + 3,), instead of guesses: where the loops are nearly closed, the ground last.
     """
-    system = as_system(model)
-    first = system if system.batch is None else system.design(0)
+    system, failures = as_system(model), DesignFailures()
     check_timed(system)
-    grid = time_grid(system, t, drive, turn, instants, turns)
-    if assembly is not None:
-        if guess:
-            raise ModelError("give a guess or an assembly, not both: each chooses the branch")
-        from mbody.analysis.assemblies.assembly_modes import chosen_assembly
+    grid = time_grid(system, t, drive, turn, instants, turns, failures)
+    if assembly is not None and guess:
+        raise ModelError("give a guess or an assembly, not both: each chooses the branch")
 
-        guess = chosen_assembly(first, _first_values(first, grid), assembly)
-    one = _driven_design(first, guess, analysis, grid, before)
+    def analysed(own: System) -> _DrivenDesign:
+        nonlocal guess, assembly
+        if assembly is not None:  # of the first design, on whose branch all are
+            from mbody.analysis.assemblies.assembly_modes import chosen_assembly
+
+            guess, assembly = chosen_assembly(own, _first_values(own, grid), assembly), None
+        return _driven_design(own, guess, analysis, grid, before)
+
     if system.batch is None:
+        one = analysed(system)
         return one.followed(one.closed(pose))
     from mbody.analysis.driven.batch import of_designs
 
-    return of_designs(
-        system, one, pose, lambda own: _driven_design(own, guess, analysis, grid, before)
-    )
+    return of_designs(system, analysed, pose, failures)
 
 
 @dataclass(frozen=True)

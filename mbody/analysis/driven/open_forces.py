@@ -19,7 +19,7 @@ from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import FrictionPair, friction_pairs, pressing_forces
 from mbody.solution.doubts import doubted
-from mbody.solution.histories import Record, with_fields
+from mbody.solution.histories import Record, sound_designs, with_fields
 from mbody.solution.shared_forces import (
     BentLimit,
     ForceLimits,
@@ -285,8 +285,8 @@ def admissible_forces(found: Solution, *, few: bool = False) -> SharedResult | N
 def move_forces(run: Solution, other: Solution) -> None:
     """Set other forces of a driven motion that no equation excludes in the record of `other`."""
     if run.record.batch:
-        for n in range(run.record.count):
-            move_forces(run.design(n), other.design(n))
+        for one, theirs in zip(sound_designs(run), sound_designs(other), strict=True):
+            move_forces(one, theirs)
         return
     every, pattern = [], run.pairs_at_rest
     for k in _examined(run, few=False, redundant=True).tolist():
@@ -361,6 +361,8 @@ def open_forces(found: Solution) -> SharedResult | None:
     each other is the same at nearly all instants.
     """
     if found.record.batch:
-        each = [open_forces(found.design(n)) for n in range(found.record.count)]
+        failed = found.failures
+        every = range(found.record.count)
+        each = [None if n in failed else open_forces(found.design(n)) for n in every]
         return forces_of_designs(each, len(found.t))
     return admissible_forces(found, few=True)

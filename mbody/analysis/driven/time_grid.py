@@ -20,6 +20,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import Element, listed, unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.formula import PlainNumbers
+from mbody.solution.doubts import DesignFailures
 from mbody.system.system import System, driver_states
 
 # -- Requests larger than the memory are refused before anything is begun ----------------------
@@ -120,8 +121,11 @@ def time_grid(
     turn: str | bool | None,
     instants: int | None,
     turns: int | None = None,
+    failures: DesignFailures | None = None,
 ) -> TimeGrid:
-    """The instants that a user requests: times, driver values given directly, or whole turns."""
+    """The instants that a user requests: times, driver values given directly, or whole turns.
+    `failures`: Of a batch, for designs of which a law has no value there.
+    """
     if drive is not None and not isinstance(drive, Mapping):
         raise ModelError(f'drive must be a dict such as {{"motor": 0.5}}, not {drive!r}')
     if turn is False:
@@ -138,7 +142,7 @@ def time_grid(
         grid = _grid_of_values(system, 0.0 if t is None else t, drive)
     else:
         grid = by_time(system, _numbers(0.0 if t is None else t, "t"))
-    check_law_ranges(system, grid.t, drive or {})
+    check_law_ranges(system, grid.t, drive or {}, failures)
     return grid
 
 
@@ -171,21 +175,18 @@ def _law(
     system: System, driver: Driver, times: np.ndarray, design: int | None = None
 ) -> np.ndarray:
     """(instants, 3) of a driver's law."""
-    which = "" if design is None else f"design {design} of the batch: "
     try:
         law = system.law_of(driver, design=design)
         found = np.stack(np.broadcast_arrays(*law.derivatives(times)), axis=-1)
     except ModelError as error:
-        raise ModelError(
-            f"{which}the law of driver '{driver.name}': {error}", driver.name
-        ) from None
+        raise ModelError(f"the law of driver '{driver.name}': {error}", driver.name) from None
     except Exception as error:
         raise _failed(driver, error) from error
     bad = np.argwhere(~np.isfinite(found))
     if bad.size:
         word = ("value", "rate", "acceleration")[bad[0, 1]]
         raise ModelError(
-            f"{which}the law of driver '{driver.name}', {law}, has an infinite {word} at "
+            f"the law of driver '{driver.name}', {law}, has an infinite {word} at "
             f"t = {times[bad[0, 0]]:g} {system.mechanism.units.time}: begin after it, or choose "
             "another law",
             driver.name,
@@ -208,17 +209,25 @@ def _designs(system: System, element: Element, field: str) -> Iterable[int | Non
     return range(int(system.batch or 1)) if own else (None,)
 
 
-def check_law_ranges(system: System, times: np.ndarray, driver_values: DriverValues) -> None:
-    """Refuse times at which a table or a formula of a driver or of a load has no value."""
-    machine = system.mechanism
+def check_law_ranges(
+    system: System,
+    times: np.ndarray,
+    driver_values: DriverValues,
+    failures: DesignFailures | None = None,
+) -> None:
+    """Refuse times at which a table or a formula of a driver or of a load has no value; of a batch
+    keep the error of each design that is refused by its own numbers.
+    """
+    machine, failures = system.mechanism, DesignFailures() if failures is None else failures
     for element, field in system.once("limited laws", lambda: tuple(_limited(machine))):
-        if isinstance(element, Driver):
-            if element.name not in driver_values:
-                for design in _designs(system, element, field):
+        if isinstance(element, Driver) and element.name in driver_values:
+            continue
+        for design in _designs(system, element, field):
+            with failures.of(design) if design is not None else contextlib.nullcontext():
+                if isinstance(element, Driver):
                     _law(system, element, times, design)
-        else:
-            for design in _designs(system, element, field):
-                _load(system, element, field, times, design)
+                else:
+                    _load(system, element, field, times, design)
 
 
 def _limited(machine: Mechanism) -> Iterator[tuple[Element, str]]:
@@ -239,15 +248,13 @@ def _load(system: System, load: Element, field: str, times: np.ndarray, design: 
     try:
         system.law_of(load, field, design)(times)
     except ModelError as error:
-        which = "" if design is None else f"design {design} of the batch: "
-        raise ModelError(f"{which}the {field} of load '{load.name}': {error}", load.name) from None
+        raise ModelError(f"the {field} of load '{load.name}': {error}", load.name) from None
 
 
 def check_laws(system: System, times: np.ndarray) -> None:
     """Raise the sentence of a driver whose law has no value at one of the times."""
     for driver in system.independent_drivers:
-        for design in _designs(system, driver, "law"):
-            _law(system, driver, times, design)
+        _law(system, driver, times)
 
 
 def _grid_of_values(system: System, t: PlainNumbers, driver_values: DriverValues) -> TimeGrid:

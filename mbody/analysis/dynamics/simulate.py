@@ -180,9 +180,13 @@ def _each_then(*runs: Solution) -> Solution:
         )
     from mbody.analysis.position.design_results import solution_of_designs
 
-    found = []
+    found = list[Any]()
     for n in range(counts[0]):
-        own = [run.design(n) for run in runs]
+        own: list[Any] = [run.reports[n] for run in runs]
+        failed = [one for one in own if isinstance(one, Exception)]
+        if failed:
+            found.append(failed[0])
+            continue
         whole = then(*began) if (began := [one for one in own if len(one)]) else own[0]
         found.append(with_fields(whole, status=own[-1].ending))
     return solution_of_designs(runs[-1].system, found)

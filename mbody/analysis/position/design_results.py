@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
@@ -9,9 +10,17 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from mbody.errors import ModelError, SolveError
-from mbody.solution.doubts import Inherited, joined_doubts, joined_ending, joined_notes, status_of
+from mbody.solution.doubts import (
+    DesignFailures,
+    Inherited,
+    joined_doubts,
+    joined_ending,
+    joined_notes,
+    partial_ending,
+    status_of,
+)
 from mbody.solution.energy import PLAIN, Energy
-from mbody.solution.histories import BranchDistance, Record, reported_certificate, with_fields
+from mbody.solution.histories import BranchDistance, Record
 from mbody.solution.shared_forces import forces_of_designs
 from mbody.solution.solution import Solution
 from mbody.solution.stepped_contacts import SteppedContacts
@@ -66,14 +75,13 @@ class DesignResults(Inherited, Generic[T]):
 
         Raises
         ------
-        SolveError
-            Where it failed, with what was said.
+        ModelError, SolveError
+            Where it failed: the error of the analysis of that design alone.
         """
         self.system.design(index)  # refuses one that there is not
-        n = range(len(self))[index]
-        found = self.results[n]
+        found = self.results[index]
         if isinstance(found, (ModelError, SolveError)):
-            raise SolveError(f"design {n} of the batch: {found}", found.element) from found
+            raise found.with_traceback(None)
         return found
 
     @property
@@ -102,52 +110,46 @@ def results_of_designs(
     """The analysis of each design of a batch, which takes nothing from the others where it fails,
     as one result: of motions and positions a `Solution`, of others `DesignResults`.
     """
-    found, options = list[Any](), {name: one for name, one in options.items() if name != "model"}
+    found, failures = list[Any](), DesignFailures()
+    options = {name: one for name, one in options.items() if name != "model"}
     for n in range(int(system.batch or 0)):
-        try:
+        with failures.of(n):
             own = {name: _own(one, n) for name, one in options.items()}
             found.append(analysis(system.design(n), *args, **own))
-        except (ModelError, SolveError) as error:
-            found.append(error.with_traceback(None))
-        if isinstance(found[-1], Solution) and found[-1].ending.startswith("stopped:"):
+        if n in failures:
+            found.append(failures[n])
+        elif isinstance(found[-1], Solution) and found[-1].ending.startswith("stopped:"):
             break
-    return _joined(system, found)
+    return _joined(system, found, failures)
 
 
 def _own(given: Any, n: int) -> Any:
     """What is given for a design: of the result of a batch its own, of rest positions the first."""
-    if isinstance(given, DesignResults):
-        found: Any = given.results[n]
-        if isinstance(found, Exception):
-            raise found
-        return found.positions[0] if hasattr(found, "positions") else found
-    if not isinstance(given, Solution) or not given.record.batch:
+    several = isinstance(given, DesignResults)
+    if not several and not (isinstance(given, Solution) and given.record.batch):
         return given
-    own = given.design(n)
-    if own.ending.startswith("failed:") or not len(own):
+    own: Any = given.design(n)
+    if several:
+        return own.positions[0] if hasattr(own, "positions") else own
+    if not len(own):
         raise SolveError(own.ending.partition(": ")[2])
     return own
 
 
-def _joined(system: System, found: Sequence[Any]) -> Any:
+def _joined(system: System, found: Sequence[Any], failures: DesignFailures) -> Any:
     """The result of all designs, of those that failed their errors; an error where none has one."""
-    errors = {n: one for n, one in enumerate(found) if isinstance(one, Exception)}
-    if len(errors) == len(found):
-        error = errors[0]
-        if len({str(one) for one in errors.values()}) > 1 or len(errors) == 1:
-            error.args = (f"design 0 of the batch: {error}", *error.args[1:])
-        raise error
+    failures.refuse_all(len(found))
     if any(isinstance(one, Solution) for one in found):
         return solution_of_designs(system, found)
     doubts = joined_doubts([getattr(one, "doubts", ()) for one in found])
     notes = [
-        (str(one),) if n in errors else getattr(one, "notes", ()) for n, one in enumerate(found)
+        (str(one),) if n in failures else getattr(one, "notes", ()) for n, one in enumerate(found)
     ]
-    ends = [f"failed: {one}" if n in errors else "completed" for n, one in enumerate(found)]
+    ending = partial_ending("failed", failures.sentences, len(found))
     return DesignResults(
         system,
         tuple(found),
-        status=status_of(joined_ending(ends), doubts),
+        status=status_of(ending, doubts),
         doubts=doubts,
         notes=tuple(joined_notes(notes)),
     )
@@ -164,7 +166,7 @@ def solution_of_designs(system: System, found: Sequence[Any]) -> Solution:
     if first.mechanism is not system.mechanism:
         system = with_numbers_of(first.system, system.values)
     each = [
-        one if isinstance(one, Solution) else _unfinished(system.design(n), first, one)
+        one if isinstance(one, Solution) else _nothing(system.design(n), first, one)
         for n, one in enumerate([*found, *[None] * (count - len(found))])
     ]
     par = np.hstack([one.system.par for one in each])
@@ -191,7 +193,10 @@ def solution_of_designs(system: System, found: Sequence[Any]) -> Solution:
         modes=_modes(places),
         stepped=_steps(steps, [(one.own, one.among) for one in places], len(t)),
         shared=forces_of_designs([place.shared() for place in places], len(t)),
-        reports=tuple(each),
+        reports=tuple(
+            error if isinstance(error, Exception) else one
+            for error, one in itertools.zip_longest(found, each)
+        ),
         **common_fields(each),
     )
 
@@ -214,16 +219,11 @@ def common_fields(each: Sequence[Any]) -> dict[str, Any]:
     }
 
 
-def _unfinished(system: System, like: Solution, error: Exception | None) -> Solution:
-    """What a design has that failed, or was not begun (None): instants before that, or none."""
-    reached = getattr(error, "solution", None)
-    if not isinstance(reached, Solution):
-        nothing = Record([np.zeros((0, system.record_rows, 1))], 0, batch=False)
-        reached = Solution(system, like.analysis, np.zeros(0), nothing, None)
-    if error is None:
-        return with_fields(reached, status=NOT_BEGUN)
-    notes = (*reported_certificate(reached).notes, str(error))
-    return with_fields(reached, status=f"failed: {error}", notes=notes)
+def _nothing(system: System, like: Solution, error: Exception | None) -> Solution:
+    """A design that failed, or was not begun (None): it has no instants."""
+    record = Record([np.zeros((0, system.record_rows, 1))], 0, batch=False)
+    status = NOT_BEGUN if error is None else f"failed: {error}"
+    return Solution(system, like.analysis, np.zeros(0), record, None, status=status)
 
 
 class _Places:
