@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self, TypeVar
 
 from mbody._version import __version__
-from mbody.errors import ModelError, SolveError
 from mbody.system.system import lock
 
 #: What a doubt may be about.
@@ -132,39 +130,6 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
     status = status_of(found.status, every) if ending is None else ending
     doubtful: Result = replace(found, doubts=every, notes=notes, status=status)
     return doubtful
-
-
-class DesignFailures(dict[int, ModelError | SolveError]):
-    """The error of each design that failed, by its number: of batches and of sweeps.
-
-    >>> failures = DesignFailures()
-    >>> with failures.of(2):
-    ...     raise SolveError("loops do not close")
-    >>> failures.sentences
-    {2: 'loops do not close'}
-    """
-
-    @contextlib.contextmanager
-    def of(self, design: int) -> Iterator[None]:
-        """Within, an error is one of that design, and takes nothing from the others."""
-        try:
-            yield
-        except (ModelError, SolveError) as error:
-            self[design] = error.with_traceback(None)
-
-    @property
-    def sentences(self) -> dict[int, str]:
-        """What each says, in the order of the designs."""
-        return {n: str(error) for n, error in sorted(self.items())}
-
-    def refuse_all(self, count: int) -> None:
-        """Raise the error of the first where all of so many designs failed."""
-        if len(self) < count:
-            return
-        error, said = self[0], set(self.sentences.values())
-        if len(said) > 1 or count == 1:
-            error.args = (f"design 0 of the batch: {error}", *error.args[1:])
-        raise error
 
 
 #: Designs of a batch that a sentence names.

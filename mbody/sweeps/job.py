@@ -24,6 +24,7 @@ from mbody.analysis.driven.time_grid import TimeGrid, check_law_ranges, time_gri
 from mbody.analysis.dynamics.batch_integration import LaneMotions, integrate_lanes, lane_motions
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import check_determined, closed, closed_near
+from mbody.analysis.position.design_results import DesignFailures
 from mbody.core.lanes import LANES
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.saved import OPEN_SEAL, seal, sealed
@@ -41,7 +42,7 @@ from mbody.model.simulation import (
     outermost,
     reduce_history,
 )
-from mbody.solution.doubts import DesignFailures, Doubt, as_doubt
+from mbody.solution.doubts import Doubt, as_doubt
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, in_output_unit, measured
 from mbody.solution.solution import Solution

@@ -188,6 +188,18 @@ def lost_positions():
     simulate(swing(), 0.2, start=replace(run, record=Record([block], 2, batch=False)))
 
 
+def on_from_a_stop():
+    """The last design of a batch that was stopped in its first, to go on."""
+
+    def interrupt(t):
+        if t > 0.5:
+            raise KeyboardInterrupt
+
+    designs = assemble(swing()).with_values({"bob.mass": [1.0, 2.0]})
+    run = simulate(designs, 500.0, instants=501, progress=interrupt)
+    simulate(designs, float(run.design(0).t[-1]) + 0.1, start=run).design(1)
+
+
 def garbled():
     Path("run.npz").write_text("nothing of use")
     load_run("run.npz")
@@ -252,6 +264,7 @@ SCENARIOS = {
     "a start in other units": lambda: simulate(
         swing(), 1.0, start=simulate(swing(units="mm-N-s"), 0.1)
     ),
+    "a start of a design that was not begun": on_from_a_stop,
     "a start of a batch": lambda: simulate(four_bar(motor=False), 1.0, start=batch()),
     "a start of other bodies": lambda: simulate(swing(), 1.0, start=close_loops(four_bar())),
     "a start that does not fit": lambda: simulate(
@@ -332,6 +345,7 @@ a tolerance of nothing | ModelError | - | rtol is 0.0: give a number from 1e-14 
 motions that all fail | SolveError | A | design 0 of the batch: loops do not close at t = 0 s: the smallest gap is 2.5 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
 a start that is none | ModelError | - | start must be a Solution, not 3
 a start in other units | ModelError | - | start is in mm-N-s, 'swing' in SI: ask for both in the same units
+a start of a design that was not begun | SolveError | - | the batch was stopped before this design began: analyse it alone
 a start of a batch | ModelError | - | start is a batch of designs: give one, of system.design(n)
 a start of other bodies | ModelError | - | start has no body 'bob': give a motion of the same bodies
 a start that does not fit | SolveError | - | the start does not fit 'four-bar': its loops do not close near it; give a motion of this mechanism, or its own guesses

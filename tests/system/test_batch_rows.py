@@ -67,7 +67,7 @@ def test_a_motion_of_designs_goes_on():
     for joined in (run, first.then(run)):
         assert joined.status.startswith("failed: 1 of 3 designs, as design 2: loops do not close")
         assert np.isnan(joined["crank"].angle[2]).all()
-        with pytest.raises(mbody.SolveError, match="^loops do not close"):
+        with pytest.raises(mbody.SolveError, match=r"^loops do not close"):
             joined.design(2)
     joined = first.then(run)["crank"].angle
     assert joined[:2] == pytest.approx(whole["crank"].angle[:2], abs=1e-8)

@@ -27,7 +27,6 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import PlainNumbers
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.doubts import DesignFailures
 from mbody.solution.histories import Record, reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
@@ -106,8 +105,13 @@ def driven(
     so many instants, `before` those requested, lead there and are left out. `pose`
     (3·bodies + 3,), instead of guesses: where the loops are nearly closed, the ground last.
     """
-    system, failures = as_system(model), DesignFailures()
+    system, failures = as_system(model), None
     check_timed(system)
+    if system.batch is not None:
+        from mbody.analysis.driven.batch import of_designs
+        from mbody.analysis.position.design_results import DesignFailures
+
+        failures = DesignFailures()
     grid = time_grid(system, t, drive, turn, instants, turns, failures)
     if assembly is not None and guess:
         raise ModelError("give a guess or an assembly, not both: each chooses the branch")
@@ -120,11 +124,9 @@ def driven(
             guess, assembly = chosen_assembly(own, _first_values(own, grid), assembly), None
         return _driven_design(own, guess, analysis, grid, before)
 
-    if system.batch is None:
+    if failures is None:
         one = analysed(system)
         return one.followed(one.closed(pose))
-    from mbody.analysis.driven.batch import of_designs
-
     return of_designs(system, analysed, pose, failures)
 
 

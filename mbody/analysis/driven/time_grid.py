@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from numbers import Real
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -20,8 +20,10 @@ from mbody.model.driver import Driver
 from mbody.model.element import Element, listed, unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.formula import PlainNumbers
-from mbody.solution.doubts import DesignFailures
 from mbody.system.system import System, driver_states
+
+if TYPE_CHECKING:
+    from mbody.analysis.position.design_results import DesignFailures
 
 # -- Requests larger than the memory are refused before anything is begun ----------------------
 
@@ -218,12 +220,13 @@ def check_law_ranges(
     """Refuse times at which a table or a formula of a driver or of a load has no value; of a batch
     keep the error of each design that is refused by its own numbers.
     """
-    machine, failures = system.mechanism, DesignFailures() if failures is None else failures
+    machine = system.mechanism
     for element, field in system.once("limited laws", lambda: tuple(_limited(machine))):
         if isinstance(element, Driver) and element.name in driver_values:
             continue
         for design in _designs(system, element, field):
-            with failures.of(design) if design is not None else contextlib.nullcontext():
+            own = None if design is None or failures is None else failures.of(design)
+            with own or contextlib.nullcontext():
                 if isinstance(element, Driver):
                     _law(system, element, times, design)
                 else:

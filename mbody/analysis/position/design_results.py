@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,7 +12,6 @@ import numpy as np
 
 from mbody.errors import ModelError, SolveError
 from mbody.solution.doubts import (
-    DesignFailures,
     Inherited,
     joined_doubts,
     joined_ending,
@@ -31,6 +31,40 @@ T = TypeVar("T")
 
 #: Of a design that was not begun when a batch was stopped.
 NOT_BEGUN = "stopped: before it began"
+
+
+class DesignFailures(dict[int, ModelError | SolveError]):
+    """The error of each design that failed, by its number: of batches and of sweeps.
+
+    >>> from mbody import SolveError
+    >>> failures = DesignFailures()
+    >>> with failures.of(2):
+    ...     raise SolveError("loops do not close")
+    >>> failures.sentences
+    {2: 'loops do not close'}
+    """
+
+    @contextlib.contextmanager
+    def of(self, design: int) -> Iterator[None]:
+        """Within, an error is one of that design, and takes nothing from the others."""
+        try:
+            yield
+        except (ModelError, SolveError) as error:
+            self[design] = error.with_traceback(None)
+
+    @property
+    def sentences(self) -> dict[int, str]:
+        """What each says, in the order of the designs."""
+        return {n: str(error) for n, error in sorted(self.items())}
+
+    def refuse_all(self, count: int) -> None:
+        """Raise the error of the first where all of so many designs failed."""
+        if len(self) < count:
+            return
+        error, said = self[0], set(self.sentences.values())
+        if len(said) > 1 or count == 1:
+            error.args = (f"design 0 of the batch: {error}", *error.args[1:])
+        raise error
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -132,7 +166,7 @@ def _own(given: Any, n: int) -> Any:
     if several:
         return own.positions[0] if hasattr(own, "positions") else own
     if not len(own):
-        raise SolveError(own.ending.partition(": ")[2])
+        raise SolveError("the batch was stopped before this design began: analyse it alone")
     return own
 
 
