@@ -27,7 +27,6 @@ from mbody.solution.histories import (
     one_design,
     reaction_torque,
     reported_certificate,
-    sound_designs,
 )
 from mbody.system.system import Locked, System
 
@@ -258,6 +257,7 @@ def checks(solution: Result) -> Checks:
     the worst design of those that did not fail.
     """
     from mbody.kernels.finished_instants import CONSTRAINT, FLOW, POWER
+    from mbody.solution.doubts import sound_designs
 
     if solution.record.batch:
         each = [checks(one) for one in sound_designs(solution)]

@@ -643,12 +643,6 @@ def check_forces(solution: Result, what: str) -> None:
     one_design(solution, f"{what} are of one design")
 
 
-def sound_designs(solution: Result) -> list[Any]:
-    """The designs of a batch that did not fail."""
-    failed = solution.failures
-    return [solution.design(n) for n in range(solution.record.count) if n not in failed]
-
-
 def one_design(solution: Result, what: str, element: str | None = None) -> None:
     """Refuse a batch of designs, in a sentence that begins with `what` there is of one design."""
     if solution.record.batch:

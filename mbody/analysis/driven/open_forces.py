@@ -18,8 +18,8 @@ from mbody.kernels.friction import LASTING
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import FrictionPair, friction_pairs, pressing_forces
-from mbody.solution.doubts import doubted
-from mbody.solution.histories import Record, sound_designs, with_fields
+from mbody.solution.doubts import doubted, sound_designs
+from mbody.solution.histories import Record, with_fields
 from mbody.solution.shared_forces import (
     BentLimit,
     ForceLimits,
