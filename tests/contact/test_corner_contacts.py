@@ -19,7 +19,7 @@ def box() -> Body:
     return Body("box", mass=2.0, inertia=0.05, points=corners, shapes=shapes)
 
 
-def sliding(ground, shapes, at, speed, until=0.4, restitution=0.0) -> mbody.Solution:
+def sliding(ground, shapes, at, speed, until=0.4, restitution=0.0, several=False) -> mbody.Solution:
     """A box on the ground of a mechanism, which slides from `at` = (x, y)."""
     made = Mechanism("corners", ground=ground, ground_shapes=shapes)
     made.add(box(), Gravity("gravity", y=-G))
@@ -32,7 +32,9 @@ def sliding(ground, shapes, at, speed, until=0.4, restitution=0.0) -> mbody.Solu
     start = {"box": {"x": at[0], "y": at[1], "vx": speed}}
     made.simulation = SimulationSettings(until=until, rtol=1e-11, start=start)
     run = mbody.simulate(made)
-    assert run.status == "completed"
+    doubts = [one.message for one in run.doubts]
+    assert len(doubts) == several and all("has several outcomes" in one for one in doubts)
+    assert run.t[-1] == until
     assert run.energy.error < 1e-9
     return run
 
@@ -61,7 +63,10 @@ def test_a_box_slides_over_the_end_of_a_table_until_it_tips(way):
 
 @pytest.mark.processor
 def test_a_step_of_the_floor_is_struck():
-    """The floor goes on a millimetre higher: the box strikes it by its front."""
+    """The floor goes on a millimetre higher: the box strikes it by its front. What holds its corner
+    down, friction of the front or the floor, is open, and the floor's friction, as the box slides
+    on, with it: rates differ by a part in a thousand, by enumeration too.
+    """
     ground = {
         "A": (-1.0, 0.0),
         "B": (0.1, 0.0),
@@ -71,7 +76,7 @@ def test_a_step_of_the_floor_is_struck():
         "F": (0.1, -1.0),
     }
     shapes = {"one": {"segment": ("A", "B")}, "two": {"polygon": ("B", "C", "D", "E", "F")}}
-    run = sliding(ground, shapes, (-0.3, HALF), 1.5, until=0.3)
+    run = sliding(ground, shapes, (-0.3, HALF), 1.5, until=0.3, several=True)
     impacts = [one for one in run.events if one.name == "impact"]
     way = 0.1 - HALF + 0.3
     struck = (1.5 - math.sqrt(1.5**2 - 2.0 * MU * G * way)) / (MU * G)
