@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from mbody.core.interface import by_library
 from mbody.core.tolerances import DOCTOR_ROUNDING
 
 #: How programs without Python open images.
@@ -74,7 +75,7 @@ def _for_machines(args: Any, targets: list[str]) -> int:
         options.append("--object")
     names = [place(one) for one in chosen]
     command, settings = builder_command(names, first, Path(args.out), "--whole", *options)
-    status = run_builder(command, settings, _steps_of(len(names) + len(targets)))
+    status = run_builder(command, settings, _steps_of(len(by_library(chosen)) + len(targets)))
     if status == 0 and not args.fmu:
         for name in DOOR:
             shutil.copyfile(SHELL / name, Path(args.out) / name)
@@ -99,7 +100,7 @@ def _for_browsers(out: Path) -> None:
     file = out if out.suffix == Path(FILE).suffix else out / FILE
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-        build_browser_core(Path(folder), _steps_of(len(IMAGE_KERNELS) + 1))
+        build_browser_core(Path(folder), _steps_of(len(by_library(IMAGE_KERNELS)) + 1))
         (Path(folder) / FILE).replace(file)
     shutil.copyfile(MODULE, file.parent / MODULE.name)
 
@@ -128,7 +129,7 @@ def _build() -> int:
     all_kernels()
     wanted = missing()
     if wanted:
-        build(wanted, os.cpu_count() or 1, _steps_of(len(wanted)))
+        build(wanted, os.cpu_count() or 1, _steps_of(len(by_library(wanted))))
     seconds = time.perf_counter() - start
     print(f"ready: {len(wanted)} kernels built in {seconds:.1f} s; later runs load them")
     return 0
@@ -250,7 +251,7 @@ def examine() -> dict[str, Any]:
         "core_level": core.level,
         "core_hash": source_hash(),
         "core_reason": core.reason,
-        "kernels": len(list(core.file.glob("*.so"))) if core.file and core.file.is_dir() else None,
+        "kernels": _kernels_built(),
         "kernel_check": checked,
         "ready": ready,
     }
@@ -264,6 +265,16 @@ def _notes_on_packages() -> list[str]:
     from mbody.engines.mujoco import faulty_release
 
     return [note for note in (namesake(), faulty_release(_version("mujoco") or "")) if note]
+
+
+def _kernels_built() -> int | None:
+    """How many kernels the cache folder has; None where it need not have any."""
+    from mbody.core.native import missing
+    from mbody.core.selection import chosen
+
+    if chosen().name != "native" or chosen().library is not None:
+        return None
+    return len(all_kernels()) - len(missing())
 
 
 def _head(found: dict[str, Any]) -> dict[str, Any]:

@@ -3,9 +3,10 @@
     python -m mbody.compiler.builder --target host --out FOLDER --sources HASH MODULE:KERNEL ...
 
 Each kernel is compiled for its one signature as numba compiles a function that others call: lowered
-and linked with all that it reaches, with no wrapper for Python. Then numba's own two passes of
-optimisation follow (the same bits as with numba as the core) and wrappers of plain C. All else
-becomes internal. ``--whole`` puts all kernels into one library, and ``--also TARGET`` makes machine
+with no wrapper for Python, and linked with the others of its library (`mbody.core.interface`) and
+all that they reach, each function once. Then numba's own two passes of optimisation follow (the
+same bits as with numba as the core) and wrappers of plain C. All else becomes internal. ``--whole``
+puts all libraries into one file, and ``--also TARGET`` makes machine
 code of the same module for another target with the same layout of data. ``--object`` makes an
 object file for programs to link, and ``--with FILE`` compiles C sources into the library, which
 then shows only what they show.
@@ -36,7 +37,7 @@ from mbody.compiler.c_interface import FORMS, WORDS, common, wrapper
 from mbody.compiler.linking import Inner, called_libraries, link_into
 from mbody.compiler.numba_bundle import SYMBOL, number_type
 from mbody.compiler.targets import TARGETS, Target, link
-from mbody.core.interface import Array, signature
+from mbody.core.interface import Array, by_library, signature
 from mbody.core.selection import seal, source_hash
 
 _SEEN = ("mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries")
@@ -87,20 +88,28 @@ class Build:
         module.triple, module.data_layout = self.target.triple, self.layout
         return module
 
-    def kernel(self, function: Any) -> Any:
-        """The optimised module of one kernel; only its wrappers are seen outside."""
-        plain = function.py_func
-        dispatcher = Inner(plain, targetoptions=function.targetoptions)
-        dispatcher.compile(tuple(_numba_type(kind) for kind in signature(plain).arguments))
-        found: Any = next(iter(dispatcher.overloads.values()))
-        module = found.library._get_module_for_linking().clone()
-        link_into(module, called_libraries(found.library))
-        module.get_function(found.fndesc.llvm_func_name).linkage = "external"
+    def library(self, name: str, functions: Iterable[Any]) -> Any:
+        """The optimised module of kernels; only their wrappers are seen outside."""
+        module, reached, wrappers = llvm.parse_assembly(str(self._empty(name))), {}, []
+        seen = {SYMBOL, *_SEEN}
+        for function in functions:
+            plain = function.py_func
+            dispatcher = Inner(plain, targetoptions=function.targetoptions)
+            dispatcher.compile(tuple(_numba_type(kind) for kind in signature(plain).arguments))
+            found: Any = next(iter(dispatcher.overloads.values()))
+            entry = found.library._get_module_for_linking().clone()
+            entry.get_function(found.fndesc.llvm_func_name).linkage = "external"
+            module.link_in(entry)
+            reached.update(dict.fromkeys(called_libraries(found.library)))
+            called, outside = plain.__name__, found.fndesc
+            text = wrapper(self.context, self.target.triple, self.layout, called, outside)
+            wrappers.append(str(text))
+            seen |= {f"mbody_{called}{form}" for form in self.forms}
+        link_into(module, list(reached))
         self._optimise(module)
-        name = plain.__name__
-        outside = wrapper(self.context, self.target.triple, self.layout, name, found.fndesc)
-        module.link_in(llvm.parse_assembly(str(outside)), preserve=True)
-        _hide(module, {f"mbody_{name}{form}" for form in self.forms} | {SYMBOL, *_SEEN})
+        for text in wrappers:
+            module.link_in(llvm.parse_assembly(text))
+        _hide(module, seen)
         _drop_unreached(self.machine, module)
         _rename(module, name)
         return module
@@ -116,16 +125,16 @@ class Build:
         module.verify()
 
     def whole(self, functions: Iterable[Any], sources: str, say: Callable[[str], None]) -> Any:
-        """All kernels in one module."""
+        """All libraries of kernels in one module."""
         functions = list(functions)
-        names = [function.py_func.__name__ for function in functions]
         whole = llvm.parse_assembly(str(self._empty("kernels")))
-        for function, name in zip(functions, names, strict=True):
+        for name, members in by_library(functions).items():
             say(name)
-            whole.link_in(self.kernel(function))
+            whole.link_in(self.library(name, members))
         table = json.dumps({"kernels": entries(functions), "needs": needed(whole)})
         text = str(common(self.target.triple, self.layout, sources, table))
         whole.link_in(llvm.parse_assembly(text))
+        names = [function.py_func.__name__ for function in functions]
         _hide(whole, {f"mbody_{name}{form}" for name in names for form in self.forms} | {*_SEEN})
         return whole
 
@@ -252,8 +261,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.sources and source_hash() != options.sources:
         parser.error("the sources were edited while their kernels were to be built: begin again")
-    if options.target != "host":  # numba's cache does not know of other targets
-        cache.without_cache()
+    cache.without_cache()  # what a library is made of stands in this process; others know no target
     functions = [_imported(place) for place in options.kernels]
     target = TARGETS[options.target]
     linked = options.object or options.parts
@@ -266,9 +274,8 @@ def main() -> None:
             _say(f"{name}{'' if one.tested else ', untested'}")
             emit(one, module, options.out / name, portable=True, parts=options.parts)
         return
-    for function in functions:
-        module = build.whole([function], options.sources, _say)
-        emit(target, module, options.out / f"{function.py_func.__name__}.so")
+    for name, members in by_library(functions).items():
+        emit(target, build.whole(members, options.sources, _say), options.out / f"{name}.so")
 
 
 def _say(text: str) -> None:

@@ -1,8 +1,8 @@
 """Kernels as machine code, called by ctypes with the interpreter's lock released.
 
 A kernel takes bundles by their addresses, arrays as NumPy has them, and numbers. It is looked up in
-the library of the package; where there is none, it is built when it is first called, by a process
-of its own, and kept in the cache folder.
+the library of the package; where there is none, the library that it is in is built when one of its
+kernels is first called, by a process of its own, and kept in the cache folder.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ import os
 import sys
 import threading
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
 from mbody.core import registered, selection
-from mbody.core.interface import KERNELS, Array, Signature, signature
+from mbody.core.interface import KERNELS, LIBRARIES, Array, Signature, by_library, signature
 from mbody.core.selection import PACKAGE, Library, LibraryError, open_library, source_hash
 
 _KINDS = {int: ctypes.c_int64, bool: ctypes.c_int64, float: ctypes.c_double}
@@ -106,9 +107,7 @@ def _library(function: Callable[..., Any]) -> Library:
     choice = selection.chosen()
     if choice.library is not None:
         return choice.library
-    assert choice.file is not None
-    file = choice.file / f"{function.__name__}.so"
-    sources = source_hash()
+    file, sources = file_of(function), source_hash()
     with _lock:
         if file.exists():
             try:
@@ -117,6 +116,13 @@ def _library(function: Callable[..., Any]) -> Library:
                 file.unlink(missing_ok=True)
         build([function])
     return open_library(file, sources)
+
+
+def file_of(function: Callable[..., Any]) -> Path:
+    """The library in the cache folder that has, or is to have, a kernel."""
+    folder = selection.chosen().file
+    assert folder is not None
+    return folder / f"{next(iter(by_library([function])))}.so"
 
 
 def built() -> int:
@@ -129,20 +135,26 @@ def build(
     processes: int = 1,
     say: Callable[[str], None] | None = None,
 ) -> None:
-    """Build kernels for this machine, in processes of their own.
+    """Build the libraries of some kernels for this machine, in processes of their own.
 
-    `say` gets the name of each kernel when it is begun; without it one line on stderr names all.
+    `say` gets the name of each library when it is begun; without it one line on stderr names all.
     """
     global _built
     from concurrent.futures import ThreadPoolExecutor
 
+    wanted = by_library(functions)
+    for name in wanted:
+        for module in LIBRARIES.get(name, ()):
+            import_module(f"{PACKAGE.name}.{module}")
+    libraries = [one for name, one in by_library(KERNELS.values()).items() if name in wanted]
     if say is None and (tell := _stderr()):
-        what = ", ".join(repr(function.__name__) for function in functions)
-        tell(f"building {what} for this machine (once) ...")
-    shares = [functions[n::processes] for n in range(min(processes, len(functions)))]
-    with ThreadPoolExecutor(len(shares)) as pool:
+        what = ", ".join(repr(name) for name in wanted)
+        tell(f"building kernels of {what} for this machine (once) ...")
+    count = min(processes, len(libraries))
+    shares = [list(itertools.chain(*libraries[n::count])) for n in range(count)]
+    with ThreadPoolExecutor(count) as pool:
         list(pool.map(lambda share: _build(share, say), shares))
-    _built += len(functions)
+    _built += sum(map(len, shares))
 
 
 def _stderr() -> Callable[[str], None] | None:
@@ -219,7 +231,7 @@ def builder_fails(
 
 def progress(what: str, count: int) -> Callable[[str], None] | None:
     """Announce on stderr that something is built, in so many steps; gives what names the step that
-    is under way, as "building follow, 4 of 7". None where MBODY_QUIET is set.
+    is under way, as "building positions, 4 of 7". None where MBODY_QUIET is set.
     """
     tell = _stderr()
     if tell is None:
@@ -247,5 +259,4 @@ def missing() -> list[Callable[..., Any]]:
     choice = selection.chosen()
     if choice.library is not None or choice.file is None:
         return []
-    folder: Path = choice.file
-    return [one for name, one in KERNELS.items() if not (folder / f"{name}.so").exists()]
+    return [one for one in KERNELS.values() if not file_of(one).exists()]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core.bundle import Bundle, array_words
-from mbody.core.interface import KERNELS, Array, signature
+from mbody.core.interface import KERNELS, Array, by_library, signature
 from mbody.core.native import builder_command, builder_fails, place, progress
 from mbody.core.selection import PACKAGE, STAMP_DIGITS, cache_folder, source_hash
 from mbody.errors import ModelError
@@ -56,7 +56,7 @@ def browser_core() -> Path:
             "the core for browsers has to be built, and no folder to keep it can be written: set "
             "MBODY_CACHE_DIR"
         )
-    steps = len(IMAGE_KERNELS) + 1  # the last one is the file itself
+    steps = len(by_library(IMAGE_KERNELS)) + 1  # the last one is the file itself
     build_browser_core(folder, progress("the core for browsers", steps))
     return folder / FILE
 

@@ -20,6 +20,7 @@ from xml.sax.saxutils import quoteattr
 
 from mbody._version import __version__
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.interface import by_library
 from mbody.core.native import builder_command, builder_fails, place, progress
 from mbody.core.selection import PACKAGE, STAMP_DIGITS, cache_folder, linker, source_hash
 from mbody.errors import ModelError, brief
@@ -132,7 +133,9 @@ def _build(folder: Path) -> None:
     options = [word for target in targets[1:] for word in ("--also", target)]
     options += [word for name in SOURCES for word in ("--with", str(SHELL / name))]
     names = [place(kernel) for kernel in IMAGE_KERNELS]
-    say = progress("the binaries of co-simulation units", len(names) + len(targets))
+    say = progress(
+        "the binaries of co-simulation units", len(by_library(IMAGE_KERNELS)) + len(targets)
+    )
     with tempfile.TemporaryDirectory(dir=folder) as made:
         out = Path(made)
         command, settings = builder_command(names, targets[0], out, "--whole", *options)

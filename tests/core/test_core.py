@@ -256,7 +256,7 @@ def test_the_library_of_the_package_is_taken_if_it_fits(choose, made, tmp_path, 
 
 @pytest.mark.slow
 @built_here
-def test_a_damaged_kernel_is_built_again(tmp_path):
+def test_a_damaged_library_is_built_again(tmp_path):
     """In the folder of the cache, where a process may have been stopped by a full disk."""
     code = (
         "import mbody; from mbody.core.selection import chosen;"
@@ -269,12 +269,12 @@ def test_a_damaged_kernel_is_built_again(tmp_path):
     first = python(code, **settings)
     assert first.returncode == 0, first.stderr
     assert first.stdout.startswith("[0.5, 0.5, 0.5]")
-    assert first.stderr == "mbody: building 'thomas' for this machine (once) ...\n"
-    file = Path(first.stdout.split("] ")[1].strip()) / "thomas.so"
+    assert first.stderr == "mbody: building kernels of 'numbers' for this machine (once) ...\n"
+    file = Path(first.stdout.split("] ")[1].strip()) / "numbers.so"
     assert python(code, **settings).stderr == ""
     file.write_bytes(b"half a file")
     again = python(code, **settings)
-    assert again.stdout == first.stdout and "building 'thomas'" in again.stderr
+    assert again.stdout == first.stdout and "kernels of 'numbers'" in again.stderr
 
 
 @built_here
@@ -293,7 +293,7 @@ from mbody.laws.kernels import thomas
 from mbody.model.loads import Torque
 
 thomas(np.zeros(3), np.ones(3), np.zeros(3), np.ones((3, 1)))
-copy = shutil.copy(chosen().file / "thomas.so", {str(tmp_path)!r})
+copy = shutil.copy(chosen().file / "numbers.so", {str(tmp_path)!r})
 other = ctypes.CDLL(copy, mode=ctypes.RTLD_GLOBAL)
 swing = load("simple_pendulum")
 swing.add(Torque("push", "pendulum", value=Function(lambda t: 1.0 + t * t)))

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import pytest
 
 import mbody
+from mbody.core.interface import by_library
 from mbody.image import arena, fmu
 
-NAMES = [kernel.__name__ for kernel in arena.IMAGE_KERNELS]
-#: A builder that names each kernel and each file, as `mbody.compiler.builder` does.
+NAMES = list(by_library(arena.IMAGE_KERNELS))
+#: A builder that names each library of kernels and each file, as `mbody.compiler.builder` does.
 BUILDER = """
 import sys
 folder, status, names, files = sys.argv[1], int(sys.argv[2]), sys.argv[3], sys.argv[4]
@@ -27,8 +28,7 @@ def builder(files, status=0):
     """The command that `builder_command` gives, of a builder that makes these files."""
 
     def command(names, target, folder, *options):
-        names = ",".join(name.partition(":")[2] for name in names)
-        words = [str(folder), str(status), names, ",".join(files)]
+        words = [str(folder), str(status), ",".join(NAMES), ",".join(files)]
         return [sys.executable, "-c", BUILDER, *words], {}
 
     return command

@@ -26,7 +26,7 @@ def kernel_files():
     choice = chosen()
     if choice.library is not None:
         return [choice.library.file]
-    found = {choice.file / f"{one.__name__}.so": one for one in IMAGE_KERNELS}
+    found = {native.file_of(one): one for one in IMAGE_KERNELS}
     lacking = [one for file, one in found.items() if not file.exists()]
     if lacking:
         native.build(lacking, processes=2)

@@ -43,7 +43,7 @@ def entry(kernel: str):
     if choice.library is not None:
         opened = ctypes.CDLL(str(choice.file))
     else:
-        file = choice.file / f"{kernel}.so"
+        file = native.file_of(KERNELS[kernel])
         if not file.exists():
             native.build([KERNELS[kernel]])
         opened = ctypes.CDLL(str(file))
