@@ -32,6 +32,7 @@ from mbody import (
 from mbody.analysis.equilibria import search
 from mbody.cli import main
 from mbody.engineering import equilibrium_curve
+from mbody.gallery import load
 from mbody.model.loads import CentrifugalField
 from tests import rest_scan
 from tests.rest_scan import judge, summary
@@ -396,6 +397,7 @@ import json
 import numpy as np
 from mbody import Spring, equilibrium
 from mbody.engineering import equilibrium_curve
+from mbody.gallery import load
 from tests.support.rest_linkages import four_bar
 from tests.equilibria.test_rest_positions import rope, whirling
 
@@ -424,3 +426,15 @@ def test_the_same_on_every_processor():
         assert done.returncode == 0, done.stderr
         told.add(done.stdout)
     assert len(told) == 1
+
+
+def test_reactions_at_a_singular_position_met_by_rounding_are_doubted():
+    """Upright, the lift has more free motions than anywhere else: beside it, constraints that
+    rounding leaves bear the platform by millions of times its weight.
+    """
+    found = equilibrium(load("scissor_lift"), free=["cylinder"])
+    reactions = [float(np.max(one.reaction("weld").magnitude)) for one in found]
+    pins = [float(np.max(one.reaction("M1").magnitude)) for one in found]
+    vast = any(pin > 1e5 * weight for pin, weight in zip(pins, reactions, strict=True))
+    said = any("in a singular position but for rounding" in one.message for one in found.doubts)
+    assert said == vast

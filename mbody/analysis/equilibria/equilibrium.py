@@ -481,6 +481,16 @@ class Words:
                 "them with starts"
             )
             found.append(Doubt("incomplete", words, elements=leaders))
+        for position in search.found:
+            place = position.place
+            if place.undetermined > tol.EQUILIBRIUM_BALANCED_GIVEN * position.top:
+                where, leader = self.where(place)
+                message = (
+                    f"at {where} the mechanism is in a singular position but for rounding, and its "
+                    "loads act along what is free there: neither the reactions nor the stiffness "
+                    "of this rest position are determined"
+                )
+                found.append(Doubt("residual", message, elements=(leader,)))
         why = [("unsure", place) for place in search.unsure]
         why += [pair for pair in search.ends if pair[0] in MISSING]
         why += [("alternate", place) for place in search.odd]

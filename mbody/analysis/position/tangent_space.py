@@ -54,6 +54,15 @@ class Place:
             np.linalg.lstsq(self.rows.T, self.force, rcond=tol.LEAST_SQUARES_RANK_FINE)[0]
         )
 
+    @functools.cached_property
+    def undetermined(self) -> float:
+        """Size of the force along what is free at a singular position that this one may be, but
+        for rounding: constraints far too weak balance it, by reactions without bounds.
+        """
+        motions = rank_of(self.rows, tol.SINGULAR_VALUE_NEAR_SINGULAR).motions
+        more = len(motions) > len(self.motions)
+        return float(np.linalg.norm(motions @ self.force)) if more else 0.0
+
     @property
     def push(self) -> Array:
         """The residual force as a force on all coordinates."""
