@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import hashlib
 from typing import Any
 
 import llvmlite.binding
@@ -39,6 +40,8 @@ from mbody.core.callbacks import DOOR, call_user
 
 
 WORD = ir.IntType(64)
+#: Digits by which types of bundles of one name differ.
+NAME_DIGITS = 8
 NUMBERS = {"int64": types.int64, "float64": types.float64, "complex128": types.complex128}
 
 
@@ -64,7 +67,9 @@ class Address(types.Type):
     def __init__(self, bundle: type[Bundle], kinds: list[Any]) -> None:
         self.bundle, self.kinds = bundle, kinds
         names = ", ".join(f"{n}: {k}" for n, k in zip(bundle.fields, kinds, strict=True))
-        super().__init__(f"Address({bundle.__module__}.{bundle.__qualname__}({names}))")
+        # a short name: it is part of the symbol of every function that takes such a bundle
+        digest = hashlib.sha256(f"{bundle.__module__}.{names}".encode()).hexdigest()[:NAME_DIGITS]
+        super().__init__(f"{bundle.__qualname__}{digest}")
 
 
 @register_model(Address)

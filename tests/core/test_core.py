@@ -213,7 +213,7 @@ def made():
     if chosen().file is None or chosen().library is not None:
         pytest.skip("kernels are not made here")
     mbody.kinetostatics(gallery.load("norton_fourbar"))
-    return chosen().file / "follow.so"
+    return chosen().file / "positions.so"
 
 
 def test_a_library_of_other_sources_is_refused(made):
@@ -227,7 +227,7 @@ def test_a_library_of_other_sources_is_refused(made):
 
 @pytest.mark.parametrize("damage", ["short", "text", "empty"])
 def test_a_damaged_library_is_refused(made, tmp_path, damage):
-    file = tmp_path / "follow.so"
+    file = tmp_path / "positions.so"
     whole = made.read_bytes()
     file.write_bytes({"short": whole[: len(whole) // 2], "text": b"kernel", "empty": b""}[damage])
     with pytest.raises(LibraryError, match="is damaged"):
