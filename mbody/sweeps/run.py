@@ -172,9 +172,7 @@ class Sweep:
 
     @property
     def status(self) -> str:
-        """`ending`, or "failed: …" where a design failed, "doubtful: …" where one is in doubt."""
-        if failures := self.failures:
-            return partial_ending("failed", failures, len(self))
+        """`ending`, or "doubtful: …" where a design is in doubt."""
         if not self.doubts:
             return self.ending
         count = len(self.kept.doubts)
@@ -182,8 +180,11 @@ class Sweep:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Those on the description, what is known of forces, and the messages of the doubts."""
-        return (*self.system.notes, *self.known, *(one.message for one in self.doubts))
+        """Those on the description, how many designs failed, what is known of forces, and the
+        messages of the doubts.
+        """
+        own = [partial_ending("failed", self.failures, len(self))] if self.failures else []
+        return (*self.system.notes, *own, *self.known, *(one.message for one in self.doubts))
 
     @property
     def done(self) -> np.ndarray:
@@ -292,8 +293,8 @@ class Sweep:
         if doubts:
             lines += ["", f"{len(doubts)} of {len(self)} designs are in doubt:"]
             lines += [f"  {one.message}" for one in self.doubts[:NAMED]]
-        if self.ending != "completed" or (self.doubts and not failed):
-            lines += ["", self.ending if failed else self.status]
+        if self.status != "completed":
+            lines += ["", self.status]
         if self.known:
             lines += ["", *(line for note in self.known for line in paragraph(f"note: {note}"))]
         return "\n".join(lines)
