@@ -60,7 +60,7 @@ def _for_machines(args: Any, targets: list[str]) -> int:
     """
     import shutil
 
-    from mbody.core.native import builder_command, place, run_builder
+    from mbody.core.native_builder import builder_command, place, run_builder
     from mbody.image.arena import IMAGE_KERNELS
     from mbody.image.fmu import SHELL, SOURCES
 
@@ -123,7 +123,8 @@ def warmup(args: Any = None) -> int:
 
 def _build() -> int:
     """Build all kernels that are missing, in as many processes as there are cores."""
-    from mbody.core.native import build, missing
+    from mbody.core.native import missing
+    from mbody.core.native_builder import build
 
     start = time.perf_counter()
     all_kernels()

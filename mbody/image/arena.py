@@ -13,7 +13,7 @@ import numpy as np
 
 from mbody.core.bundle import Bundle, array_words
 from mbody.core.interface import KERNELS, Array, by_library, signature
-from mbody.core.native import builder_command, builder_fails, place, progress
+from mbody.core.native_builder import builder_command, builder_fails, place, progress
 from mbody.core.selection import PACKAGE, STAMP_DIGITS, cache_folder, source_hash
 from mbody.errors import ModelError
 from mbody.kernels.advance import advance_motion

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from mbody.cli.compile import DOOR, all_kernels, compile_libraries
-from mbody.core import native
-from mbody.core.native import builder_command, place
+from mbody.core import native_builder
+from mbody.core.native_builder import builder_command, place
 from mbody.core.selection import LEVELS
 from mbody.image.arena import IMAGE_KERNELS
 from mbody.image.fmu import SOURCES
@@ -184,7 +184,7 @@ def test_what_the_command_builds(tmp_path, monkeypatch, form, options):
         lines.append(line)
         return 0
 
-    monkeypatch.setattr(native, "run_builder", run)
+    monkeypatch.setattr(native_builder, "run_builder", run)
     targets = ["x86-64-v3", "macos"]
     given = {"target": targets, "out": str(tmp_path), "images": False, "fmu": False}
     assert compile_libraries(SimpleNamespace(**(given | form))) == 0

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbody.core import native
+from mbody.core import native, native_builder
 from mbody.core.selection import PACKAGE, chosen, linker
 from mbody.image.arena import IMAGE_KERNELS
 
@@ -29,7 +29,7 @@ def kernel_files():
     found = {native.file_of(one): one for one in IMAGE_KERNELS}
     lacking = [one for file, one in found.items() if not file.exists()]
     if lacking:
-        native.build(lacking, processes=2)
+        native_builder.build(lacking, processes=2)
     return list(found)
 
 

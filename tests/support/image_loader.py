@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from mbody.core import native, selection
+from mbody.core import native, native_builder, selection
 from mbody.core.interface import KERNELS
 from mbody.kernels import (  # noqa: F401  (they enter their kernels)
     continuation,
@@ -45,7 +45,7 @@ def entry(kernel: str):
     else:
         file = native.file_of(KERNELS[kernel])
         if not file.exists():
-            native.build([KERNELS[kernel]])
+            native_builder.build([KERNELS[kernel]])
         opened = ctypes.CDLL(str(file))
     found = opened[f"mbody_{kernel}_words"]
     found.argtypes, found.restype = [ctypes.c_void_p, ctypes.c_void_p], ctypes.c_int32

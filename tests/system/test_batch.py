@@ -209,7 +209,7 @@ def test_a_design_whose_law_has_no_value_there(name):
     run = kinetostatics(system.with_values(reach), TIMES)
     swept = sweep(system, reach, measure="peak(A.force)", t=TIMES)
     assert list(run.failures) == [0, 3] and swept.failures == run.failures
-    assert swept.status == run.status and swept.status.startswith("failed: 2 of 4 designs, as ")
+    assert run.status.startswith("failed: 2 of 4 designs, as ") and run.status in swept.notes
     for n in (0, 3):
         with pytest.raises(ModelError) as alone:
             kinetostatics(system.with_values(reach).design(n), TIMES)
