@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from mbody.core.interface import by_library
+from mbody.core.libraries import by_library
 from mbody.core.tolerances import DOCTOR_ROUNDING
 
 #: How programs without Python open images.

@@ -3,7 +3,7 @@
     python -m mbody.compiler.builder --target host --out FOLDER --sources HASH MODULE:KERNEL ...
 
 Each kernel is compiled for its one signature as numba compiles a function that others call: lowered
-with no wrapper for Python, and linked with the others of its library (`mbody.core.interface`) and
+with no wrapper for Python, and linked with the others of its library (`mbody.core.libraries`) and
 all that they reach, each function once. Then numba's own two passes of optimisation follow (the
 same bits as with numba as the core) and wrappers of plain C. All else becomes internal. ``--whole``
 puts all libraries into one file, and ``--also TARGET`` makes machine
@@ -38,7 +38,8 @@ from mbody.compiler.c_interface import FORMS, WORDS, common, wrapper
 from mbody.compiler.linking import Inner, called_libraries, link_into
 from mbody.compiler.numba_bundle import SYMBOL, number_type
 from mbody.compiler.targets import TARGETS, Target, link
-from mbody.core.interface import Array, by_library, signature
+from mbody.core.interface import Array, signature
+from mbody.core.libraries import by_library
 from mbody.core.selection import seal, source_hash
 
 _SEEN = ("mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries")

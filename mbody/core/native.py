@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from mbody.core import selection
-from mbody.core.interface import KERNELS, Array, Signature, by_library, signature
+from mbody.core.interface import KERNELS, Array, Signature, signature
+from mbody.core.libraries import by_library
 from mbody.core.selection import Library, LibraryError, open_library, source_hash
 
 _KINDS = {int: ctypes.c_int64, bool: ctypes.c_int64, float: ctypes.c_double}

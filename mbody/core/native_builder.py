@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from mbody.core import registered, selection
-from mbody.core.interface import KERNELS, LIBRARIES, by_library
+from mbody.core.interface import KERNELS
+from mbody.core.libraries import LIBRARIES, by_library
 from mbody.core.selection import PACKAGE, source_hash
 
 #: Number of kernels built in this process.

@@ -152,6 +152,7 @@ COMPILED = (
     "core/decorators.py",
     "core/lanes.py",
     "core/interface.py",
+    "core/libraries.py",
     "core/tolerances.py",
     "kernels/*.py",
     "laws/*.py",

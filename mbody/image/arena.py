@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from mbody.core.bundle import Bundle, array_words
-from mbody.core.interface import KERNELS, Array, by_library, signature
+from mbody.core.interface import KERNELS, Array, signature
+from mbody.core.libraries import by_library
 from mbody.core.native_builder import builder_command, builder_fails, place, progress
 from mbody.core.selection import PACKAGE, STAMP_DIGITS, cache_folder, source_hash
 from mbody.errors import ModelError

@@ -20,7 +20,7 @@ from xml.sax.saxutils import quoteattr
 
 from mbody._version import __version__
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.core.interface import by_library
+from mbody.core.libraries import by_library
 from mbody.core.native_builder import builder_command, builder_fails, place, progress
 from mbody.core.selection import PACKAGE, STAMP_DIGITS, cache_folder, linker, source_hash
 from mbody.errors import ModelError, brief

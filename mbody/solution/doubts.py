@@ -81,36 +81,6 @@ def status_of(status: str, doubts: Sequence[Doubt]) -> str:
     return f"doubtful: {doubts[0].message}" if doubts and not failed else status
 
 
-def joined_ending(endings: Sequence[str]) -> str:
-    """How a batch ended, by how its designs did: what befell some of them, the worst first.
-
-    >>> joined_ending(["completed", "ended: 'down' at t = 1 s"])
-    "ended: 1 of 2 designs, as design 1: 'down' at t = 1 s"
-    """
-    parts = [one.partition(": ") for one in endings]
-    for word in ("failed", "stopped", "ended"):
-        own = {
-            n: sentence for n, (kind, sign, sentence) in enumerate(parts) if kind == word and sign
-        }
-        if own:
-            return partial_ending(word, own, len(endings))
-    return "completed"
-
-
-def partial_ending(word: str, sentences: Mapping[int, str], count: int) -> str:
-    """How a batch of so many designs ended, some of which did as these sentences say.
-
-    >>> partial_ending("failed", {2: "loops do not close", 3: "dead centre"}, 9)
-    'failed: 2 of 9 designs, as design 2: loops do not close'
-    >>> partial_ending("failed", {}, 9)
-    'completed'
-    """
-    if not sentences:
-        return "completed"
-    first = min(sentences)
-    return f"{word}: {len(sentences)} of {count} designs, as design {first}: {sentences[first]}"
-
-
 def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
     """A copy of the result with further doubts: they are in `doubts` and in `notes`, and they
     decide the `status`. A doubt that the result has already is not repeated.

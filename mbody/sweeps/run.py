@@ -15,6 +15,7 @@ import numpy as np
 
 from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.analysis.position.design_results import partial_ending
 from mbody.core.lanes import LANES
 from mbody.core.presentation import present
 from mbody.errors import ModelError, SolveError
@@ -23,7 +24,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
 from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.doubts import Doubt, partial_ending
+from mbody.solution.doubts import Doubt
 from mbody.summaries.text_table import Column, number, numbers, paragraph, table
 from mbody.sweeps.job import (
     BLOCK,

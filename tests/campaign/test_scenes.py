@@ -14,9 +14,9 @@ from tests.campaign.scene_checks import State, faults_of, possible_impulses
 from tests.campaign.scenes import KINDS, random_scene
 from tests.support.cases import first_fast
 
-#: Seeds that are wrong or doubted, each of a kind that is known: of 24 the velocities after an
-#: impact are not unique, by enumeration too.
-OPEN = (24, 38)
+#: Seeds that are wrong or doubted, each of a kind that is known: of 24 and 198 the velocities after
+#: an impact are not unique, by enumeration too (198: a disc that may wedge).
+OPEN = (24, 38, 198)
 SEEDS = [seed for seed in range(200) if seed not in OPEN]
 
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 import mbody
-from mbody.core.interface import by_library
+from mbody.core.libraries import by_library
 from mbody.image import arena, fmu
 
 NAMES = list(by_library(arena.IMAGE_KERNELS))

@@ -32,7 +32,7 @@ from mbody.analysis.position.closed_position import (
     ambiguous,
     close_in_stages,
 )
-from mbody.analysis.position.design_results import DesignFailures, common_fields
+from mbody.analysis.position.design_results import DesignFailures, common_fields, partial_ending
 from mbody.core import tolerances as tol
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import ModelWarning, SolveError
@@ -41,7 +41,7 @@ from mbody.kernels.continuation_lanes import Designs, LanePath, follow_designs
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.model_notes import may_be_one_sided
 from mbody.solution.checks import BranchPlace
-from mbody.solution.doubts import NAMED, partial_ending
+from mbody.solution.doubts import NAMED
 from mbody.solution.histories import (
     DesignReport,
     Record,

@@ -14,9 +14,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.solution.doubts import (
     Inherited,
     joined_doubts,
-    joined_ending,
     joined_notes,
-    partial_ending,
     status_of,
 )
 from mbody.solution.energy import PLAIN, Energy
@@ -31,6 +29,36 @@ T = TypeVar("T")
 
 #: Of a design that was not begun when a batch was stopped.
 NOT_BEGUN = "stopped: before it began"
+
+
+def joined_ending(endings: Sequence[str]) -> str:
+    """How a batch ended, by how its designs did: what befell some of them, the worst first.
+
+    >>> joined_ending(["completed", "ended: 'down' at t = 1 s"])
+    "ended: 1 of 2 designs, as design 1: 'down' at t = 1 s"
+    """
+    parts = [one.partition(": ") for one in endings]
+    for word in ("failed", "stopped", "ended"):
+        own = {
+            n: sentence for n, (kind, sign, sentence) in enumerate(parts) if kind == word and sign
+        }
+        if own:
+            return partial_ending(word, own, len(endings))
+    return "completed"
+
+
+def partial_ending(word: str, sentences: Mapping[int, str], count: int) -> str:
+    """How a batch of so many designs ended, some of which did as these sentences say.
+
+    >>> partial_ending("failed", {2: "loops do not close", 3: "dead centre"}, 9)
+    'failed: 2 of 9 designs, as design 2: loops do not close'
+    >>> partial_ending("failed", {}, 9)
+    'completed'
+    """
+    if not sentences:
+        return "completed"
+    first = min(sentences)
+    return f"{word}: {len(sentences)} of {count} designs, as design {first}: {sentences[first]}"
 
 
 class DesignFailures(dict[int, ModelError | SolveError]):
