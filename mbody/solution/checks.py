@@ -257,10 +257,11 @@ def checks(solution: Result) -> Checks:
     the worst design of those that did not fail.
     """
     from mbody.kernels.finished_instants import CONSTRAINT, FLOW, POWER
-    from mbody.solution.doubts import sound_designs
 
     if solution.record.batch:
-        each = [checks(one) for one in sound_designs(solution)]
+        failed = solution.failures
+        every = range(solution.record.count)
+        each = [checks(solution.design(n)) for n in every if n not in failed]
         residual = [(one.constraint, one.equilibrium, one.virtual_work) for one in each]
         balance = [one.energy for one in each if one.energy is not None]
         constraint, equilibrium, work = np.max(residual, axis=0).tolist()

@@ -142,12 +142,6 @@ def _which(designs: Sequence[int], count: int) -> str:
     return f"design{'s'[: len(designs) - 1]} {', '.join(map(str, designs[:NAMED]))}{more}: "
 
 
-def sound_designs(solution: Any) -> list[Any]:
-    """The designs of a batch that did not fail."""
-    failed = solution.failures
-    return [solution.design(n) for n in range(solution.record.count) if n not in failed]
-
-
 def succeeded(status: str) -> bool:
     """Whether a result of this status is complete and certain: completed, or ended by a requested
     event; neither stopped by the user nor in doubt.

@@ -12,13 +12,14 @@ import numpy as np
 
 from mbody.analysis.contact.contact_tables import JointFriction
 from mbody.analysis.driven.contact_report import rope_factor
+from mbody.analysis.position.design_results import sound_designs
 from mbody.core import tolerances as tol
 from mbody.kernels.force_programs import PASSES
 from mbody.kernels.friction import LASTING
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import FrictionPair, friction_pairs, pressing_forces
-from mbody.solution.doubts import doubted, sound_designs
+from mbody.solution.doubts import doubted
 from mbody.solution.histories import Record, with_fields
 from mbody.solution.shared_forces import (
     BentLimit,

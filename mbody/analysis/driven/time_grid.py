@@ -125,9 +125,7 @@ def time_grid(
     turns: int | None = None,
     failures: DesignFailures | None = None,
 ) -> TimeGrid:
-    """The instants that a user requests: times, driver values given directly, or whole turns.
-    `failures`: Of a batch, for designs of which a law has no value there.
-    """
+    """The instants that a user requests; `failures`: for designs of which a law has no value."""
     if drive is not None and not isinstance(drive, Mapping):
         raise ModelError(f'drive must be a dict such as {{"motor": 0.5}}, not {drive!r}')
     if turn is False:
@@ -217,9 +215,7 @@ def check_law_ranges(
     driver_values: DriverValues,
     failures: DesignFailures | None = None,
 ) -> None:
-    """Refuse times at which a table or a formula of a driver or of a load has no value; of a batch
-    keep the error of each design that is refused by its own numbers.
-    """
+    """Refuse times at which a law or a load has no value, of a batch the design alone."""
     machine = system.mechanism
     for element, field in system.once("limited laws", lambda: tuple(_limited(machine))):
         if isinstance(element, Driver) and element.name in driver_values:

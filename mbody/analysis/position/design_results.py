@@ -61,6 +61,12 @@ def partial_ending(word: str, sentences: Mapping[int, str], count: int) -> str:
     return f"{word}: {len(sentences)} of {count} designs, as design {first}: {sentences[first]}"
 
 
+def sound_designs(solution: Any) -> list[Any]:
+    """The designs of a batch that did not fail."""
+    failed = solution.failures
+    return [solution.design(n) for n in range(solution.record.count) if n not in failed]
+
+
 class DesignFailures(dict[int, ModelError | SolveError]):
     """The error of each design that failed, by its number: of batches and of sweeps.
 
