@@ -264,7 +264,7 @@ def main() -> None:
     if options.sources and source_hash() != options.sources:
         parser.error("the sources were edited while their kernels were to be built: begin again")
     cache.without_cache()  # what a library is made of stands in this process; others know no target
-    gc.disable()  # an eighth of the time; a library takes half a gigabyte at most
+    gc.disable()  # an eighth of the time; the process ends with its work
     functions = [_imported(place) for place in options.kernels]
     target = TARGETS[options.target]
     linked = options.object or options.parts

@@ -220,11 +220,11 @@ def of_designs(
     design: how it is analysed alone (`mbody.analysis.driven.driven`). A design that fails takes
     nothing from the others; `failures`: those that did before.
     """
-    designs, leader = int(system.batch or 0), -1
-    for leader in range(designs):
-        if leader not in failures:
-            with failures.of(leader):
-                first = analysed(system.design(leader))
+    designs, reference = int(system.batch or 0), -1
+    for reference in range(designs):
+        if reference not in failures:
+            with failures.of(reference):
+                first = analysed(system.design(reference))
                 start = first.closed(pose)
                 break
     failures.refuse_all(designs)
@@ -242,13 +242,13 @@ def of_designs(
     said = [note for note in start.notes if note not in own]
     poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
     if lanes:
-        origin = system.par[:, leader].copy()
+        origin = system.par[:, reference].copy()
         closed_at = closed_poses(system, grid, pose, origin, rounding(system, pose))
         poses, good = closed_at.poses, closed_at.good
         good[list(failures)] = False
 
     def of_design(n: int) -> Any:
-        if n == leader:
+        if n == reference:
             return first
         # the gaps of contacts are those where the guesses put its own bodies
         one = replace(first, system=system.design(n), notes=first.notes[:1])
@@ -278,12 +278,12 @@ def of_designs(
                 one = of_design(design)
                 if sound:
                     record = Record([output[:, :, lane : lane + 1]], len(grid.s), batch=False)
-                    begin = _begun(one, poses[design], said) if design != leader else start
+                    begin = _begun(one, poses[design], said) if design != reference else start
                     found = one.reported(begin, record)
                 else:
                     closed = poses[design] if good[design] else None
                     one, begin = one, start
-                    if design != leader:
+                    if design != reference:
                         one, begin = _beside(one, pose, said, closed)
                     same = begin.straight or _same_branch(system, start.work, begin.work)
                     found = one.followed(begin)
