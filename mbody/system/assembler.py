@@ -23,11 +23,10 @@ import numpy as np
 from mbody.core.tolerances import LENGTH_FAR, LENGTH_NONE
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS
-from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
 from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.friction import BY_RATES, FRICTION_KINDS
 from mbody.kernels.layout import Layout, first_beyond, integers
-from mbody.laws import LAW_KINDS, Constant, Law
+from mbody.laws import LAW_KINDS, Constant
 from mbody.model.driver import Constraint
 from mbody.model.element import AuxiliaryState, Element, Numbers, signal_of
 from mbody.model.joints import Joint
@@ -99,7 +98,7 @@ def split(bodies: int, ends: Sequence[tuple[int, ...]]) -> Slots:
         used[b] += 1
         return first[b] + (used[b] - 1) // EACH
 
-    sides = [tuple(slot(b) for b in pair) for pair in ends]
+    sides = [tuple([slot(b) for b in pair]) for pair in ends]
     ties = [(s, s + 1) for s in range(ground - 1) if body[s] == body[s + 1]]
     for tie in ties:
         sides += [tie, tie]
@@ -273,8 +272,8 @@ def blocks_of(
     place: Mapping[int, int],
     written: Sequence[int],
     plan: Elimination,
-) -> list[dict[str, int]]:
-    """Of every primitive where its physics writes the blocks of its bodies; −1 of the ground.
+) -> dict[int, dict[str, int]]:
+    """Of every sum and formula where its physics writes the blocks of its bodies; −1 of the ground.
     place: node of every primitive in the order of elimination; written: the node that its physics
     writes, another one of the active set.
     """
@@ -284,31 +283,29 @@ def blocks_of(
     further: dict[int, list[int]] = {}
     for n, k in enumerate(plan.more_node):
         further.setdefault(int(k), []).append(6 * n)
-    found = []
+    found = {}
     for e, primitive in enumerate(primitives):
+        if not primitive.parts and primitive.kind != "formula":
+            continue
         k, first = written[e], further_begin if primitive.active_set else 12 * nodes
         at = [12 * k, 12 * k + 6, *(first + n for n in further.get(place[e], []))]
-        found.append(dict(zip(primitive.bodies, at, strict=True)) | {"ground": -1})
+        found[e] = dict(zip(primitive.bodies, at, strict=True)) | {"ground": -1}
     return found
 
 
 def sums_of(
     primitives: Sequence[ConstraintPrimitive],
     index: Mapping[str, int],
-    blocks: Sequence[Mapping[str, int]],
+    blocks: Mapping[int, Mapping[str, int]],
 ) -> dict[str, Any]:
-    """The parts of all sums, and the places of the blocks of their bodies; index: number of every
-    body.
-    """
-    start, table = [0], []
-    for block, primitive in zip(blocks, primitives, strict=True):
-        table += [
-            (KINDS.index(part.kind), index[part.i], index[part.j], block[part.i], block[part.j])
-            for part in primitive.parts
-        ]
-        start.append(len(table))
-    parts = np.array(table, dtype=np.int64).reshape(-1, 5)
-    return {"sum_start": integers(start), "part": parts}
+    """The parts of all sums, and the places of the blocks of their bodies."""
+    table = [
+        (KINDS.index(part.kind), index[part.i], index[part.j], own[part.i], own[part.j])
+        for e, own in blocks.items()
+        for part in primitives[e].parts
+    ]
+    start = _starts([len(primitive.parts) for primitive in primitives])
+    return {"sum_start": start, "part": _integers(table).reshape(-1, 5)}
 
 
 # -- Columns of numbers: of one description a number a row, of a batch of designs an array -----
@@ -354,9 +351,9 @@ def friction_table(
         left[element.name] -= 1
     pressing = [place[number[element.name, pair.presses]] for element, pair in pairs]
     return {
-        "friction_kind": integers([FRICTION_KINDS.index(pair.kind) for _, pair in pairs]),
-        "friction_node": integers(pressing),
-        "friction_tangent": integers(tangents),
+        "friction_kind": [FRICTION_KINDS.index(pair.kind) for _, pair in pairs],
+        "friction_node": pressing,
+        "friction_tangent": tangents,
         "slip_signs": BY_RATES,
     }
 
@@ -553,6 +550,177 @@ def _spread(mechanism: Mechanism) -> float:
     return float(np.hypot(*np.ptp(np.array(known), axis=0))) if len(known) > 1 else 0.0
 
 
+# -- The index lists of the kernels ------------------------------------------------------------
+
+#: Behind the parameters of each primitive: the body-fixed position on j.
+POSITION_ON_J = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """What the index lists of kernels follow from.
+
+    `index`: Number of every body by name, the ground the last.
+    `owners`: (element, index of its primitive) of every primitive.
+    `primitives`, `actions`: In the order of the kernels: sorted by kind.
+    `driven`: Primitives of the drivers, in the order of the description.
+    `causes`: Number of the load of each action.
+    `laws`: The zero that rows without a law read; the signals of primitives, actions and friction
+      pairs, inputs; own laws of actions, of primitives; rates of states; what formulas evaluate.
+    `pairs`: Friction pairs with their elements.
+    `inputs`, `states`: Names.
+    """
+
+    index: Mapping[str, int]
+    owners: Sequence[tuple[Element, int]]
+    primitives: Sequence[ConstraintPrimitive]
+    driven: Sequence[int]
+    actions: Sequence[ForcePrimitive]
+    causes: Sequence[int]
+    laws: Sequence[RecordedLaw]
+    pairs: Sequence[tuple[Constraint, FrictionPrimitive]] = ()
+    inputs: Sequence[str] = ()
+    states: Sequence[str] = ()
+
+
+def index_lists(topology: Topology) -> tuple[Layout, int]:
+    """The symbolic phase: the index lists of the kernels, and how many signals they have."""
+    primitives, actions, laws = topology.primitives, topology.actions, topology.laws
+    index, bodies = topology.index, len(topology.index) - 1
+    ends = [tuple([index[body] for body in primitive.bodies]) for primitive in primitives]
+    slots = split(bodies, ends)
+    plan = eliminate(slots)
+    place = {node: k for k, node in enumerate(plan.order)}
+    sizes = [len(primitive.parameters) + POSITION_ON_J for primitive in primitives]
+    sizes += [len(law.parameters) for law in laws]
+    sizes += [len(action.parameters) for action in actions]
+    sizes += [len(pair.parameters) for _, pair in topology.pairs]
+    offset = _starts(sizes)
+    # fixed data of each law once, and where that begins
+    tables = {id(law.law): law.law.table() for law in laws}
+    starts = dict(zip(tables, _starts([*map(len, tables.values())]).tolist(), strict=False))
+    a, b, c = np.cumsum([len(primitives), len(laws), len(actions)]).tolist()
+    # first signal row of each; signal 0 is the zero that rows without a law read
+    many = [0 if primitive.signal is None else 1 for primitive in primitives]
+    many += [len(action.signals) for action in actions]
+    many += [0 if pair.capacity is None else 1 for _, pair in topology.pairs]
+    signals = _starts([1, *many])
+    signal = np.where(many, 3 * signals[1:-1], 0).tolist()
+    first_input = int(signals[-1])
+    input_row = {name: 3 * (first_input + n) for n, name in enumerate(topology.inputs)}
+    of_time = first_input + len(input_row)
+    # laws that vary come first
+    timed = [n for n in range(of_time) if laws[n].timed]
+    order = sorted(timed, key=lambda n: isinstance(laws[n].law, Constant))
+    own = iter(range(of_time, len(laws)))
+    action_law, primitive_law = (
+        [-1 if part.law is None else next(own) for part in parts] for parts in (actions, primitives)
+    )
+    formulas = FormulaRows(index, input_row, topology.states, numbered(topology.owners))
+    # number of the first law that each formula evaluates
+    called = [len(law.laws) for law in laws]
+    first = (len(laws) - sum(called) + _starts(called)).tolist()
+    for n in range(of_time):
+        formulas.add_signal(laws[n], offset[a + n], first[n], 3 * n)
+    driver_steps = len(formulas.rows)
+    active_set = [e for e, primitive in enumerate(primitives) if primitive.active_set]
+    beyond = first_beyond(len(slots.sides), len(plan.more_node))
+    node = [place[e] for e in range(a)]
+    written = node.copy()
+    for n, e in enumerate(active_set):
+        written[e] = beyond + n
+    blocks = blocks_of(primitives, place, written, plan)
+    spans = np.zeros((a, 3), dtype=np.int64)
+    for e, at in blocks.items():
+        row, n = laws[signal[e] // 3].driven, signal[e] // 3
+        if row is not None:
+            where = offset[a + n], first[n], 3 * n, 2 * written[e]
+            spans[e] = formulas.add_rows(row, *where, at)
+    load_steps = len(formulas.rows)
+    given = {n: 3 * n for n in range(of_time) if laws[n].steps is not None}
+    # own laws of loads that are formulas of measured quantities have signals beyond those of time
+    all_signals = of_time
+    for action, n in enumerate(action_law):
+        if n >= 0 and laws[n].steps is not None:
+            given[n] = 3 * all_signals
+            action_law[action] = -1 - given[n]
+            all_signals += 1
+    states = len(topology.states)
+    rates = {len(laws) - sum(called) - states + n: n for n in range(states)}
+    loops = [row for n, row in given.items() if laws[n].of_solution]
+    force_steps = 0
+    for late in (False, True):
+        force_steps = len(formulas.rows)
+        for n in (*given, *rates):
+            if laws[n].of_solution == late:
+                row, rate = given.get(n), rates.get(n)
+                formulas.add(laws[n], offset[a + n], laws=first[n], signal=row, rate=rate)
+    switched = [laws[signal[e] // 3].driven for e in active_set]
+    layout = Layout(
+        bodies=bodies,
+        slots=len(slots.body),
+        nodes=len(slots.sides),
+        primitive_kind=[KINDS.index(primitive.kind) for primitive in primitives],
+        primitive_i=[index[primitive.i] for primitive in primitives],
+        primitive_j=[index[primitive.j] for primitive in primitives],
+        primitive_par=offset[:a],
+        primitive_count=np.diff(offset[: a + 1]) - POSITION_ON_J,
+        primitive_arm=offset[1 : a + 1] - POSITION_ON_J,
+        primitive_signal=signal[:a],
+        primitive_node=node,
+        primitive_law=primitive_law,
+        primitive_handle=[-1] * a,
+        written_node=written,
+        active_set=active_set,
+        **friction_table(topology.pairs, topology.owners, place, active_set),
+        friction_par=offset[c:-1],
+        friction_signal=signal[a + len(actions) :],
+        moving=[n for n, row in enumerate(switched) if row is not None and row.explicit],
+        node_column=[3 * s for node in plan.order for s in slots.sides[node][:2]],
+        more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
+        **sums_of(primitives, index, blocks),
+        **plan.lists(),
+        slot_body=slots.body,
+        body_slot=np.searchsorted(slots.body, np.arange(bodies)),
+        body_part=connected_parts(
+            bodies, [ends[e] for e, one in enumerate(primitives) if not one.active_set]
+        ),
+        law_kind=[LAW_KINDS.index(law.law.kind) for law in laws],
+        law_par=offset[a:b],
+        law_count=sizes[a:b],
+        law_table=[starts[id(law.law)] for law in laws],
+        law_handle=[-1] * len(laws),
+        signal_law=order,
+        signal_row=[3 * n for n in order],
+        varying=sum(not isinstance(laws[n].law, Constant) for n in timed),
+        owns=states,
+        formula_numbers=formulas.count,
+        formula_step=formulas.table(),
+        driver_steps=driver_steps,
+        primitive_steps=spans,
+        load_steps=load_steps,
+        force_steps=force_steps,
+        loop_row=loops,
+        # what loops give to loads is kept as inputs are
+        input_row=[*input_row.values(), *loops],
+        driver_row=[signal[e] for e in topology.driven],
+        driver_node=[node[e] for e in topology.driven],
+        driver_dependent=[primitives[e].kind == "formula" for e in topology.driven],
+        action_kind=[ACTION_KINDS.index(action.kind) for action in actions],
+        action_i=[index[action.i] for action in actions],
+        action_j=[index[action.j] for action in actions],
+        action_by=[index[action.by] for action in actions],
+        action_par=offset[b:c],
+        action_count=sizes[b:c],
+        action_signal=signal[a : a + len(actions)],
+        action_law=action_law,
+        action_handle=[-1] * len(actions),
+        action_cause=topology.causes,
+        table=np.concatenate([*tables.values(), np.zeros(1)]),
+    )
+    return layout, all_signals
+
+
 # the loops of the kernels read a fixed number of parameters and drop those beyond the own ones
 SPARE = 8
 #: Friction pairs by the name of their element.
@@ -603,7 +771,7 @@ def assemble(mechanism: Mechanism, *, groups: bool = False, machine_code: bool =
     compiler = _Compiler(mechanism)
     numbers = compiler.numbers
     par, mass = compiler.compile(numbers)
-    layout = compiler.layout()
+    layout, signals = index_lists(compiler.topology())
     lengths = lengths_of(mechanism, compiler.read(numbers), layout.body_part, mass[:, 0])
     return System(
         mechanism=mechanism,
@@ -619,7 +787,7 @@ def assemble(mechanism: Mechanism, *, groups: bool = False, machine_code: bool =
         heaviest=float(mass[:-3:3].max()) or 1.0,
         owners=tuple(compiler.owners),
         row_kinds=tuple(primitive.rows for primitive in compiler.first_primitives),
-        signals=len(compiler.signal_laws) + compiler.formula_signals,
+        signals=signals,
         plans={},
         functions=compiler.functions(),
         _compile=compiler.compile,
@@ -637,8 +805,8 @@ class _Compiler:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.loads = mechanism, mechanism.loads
-        self.bodies = (*mechanism.bodies, mechanism.ground)
-        self.index = {body.name: n for n, body in enumerate(self.bodies)}
+        bodies = (*mechanism.bodies, mechanism.ground)
+        self.index = {body.name: n for n, body in enumerate(bodies)}
         self.polar = polar_points(mechanism)
         at = self._numbers_by_name = Numbers(self.numbers, self.polar, mechanism.bodies)
         #: Drivers that follow positions, with their moving bodies.
@@ -650,7 +818,7 @@ class _Compiler:
         self.frictional = [one for one in mechanism.constraints if made[one.name]]
         self.pairs = [(one, pair) for one in self.frictional for pair in made[one.name]]
         found = [
-            (PRIMITIVE_KINDS.index(primitive.kind), element, part, primitive)
+            (KINDS.index(primitive.kind), element, part, primitive)
             for element in mechanism.constraints
             for part, primitive in enumerate(self.own_primitives(element, at, made[element.name]))
         ]
@@ -665,26 +833,6 @@ class _Compiler:
         loads.sort(key=lambda entry: entry[0])
         self.action_owners = [(cause, part) for _, cause, part, _ in loads]
         self.first_actions = [action for *_, action in loads]
-        # signal 0 is the zero that rows without a law read
-        zero = Constant(0.0)
-        self.signal_laws: list[Law] = [zero]
-        self.primitive_signal = [
-            self._signals((primitive.signal,)) for primitive in self.first_primitives
-        ]
-        self.action_signal = [self._signals(action.signals) for action in self.first_actions]
-        self.friction_signal = [self._signals((pair.capacity,)) for _, pair in self.pairs]
-        #: Signals of elements' own laws that are formulas of measured quantities.
-        self.formula_signals = 0
-        first = len(self.signal_laws)
-        self.input_row = {one.name: 3 * (first + n) for n, one in enumerate(mechanism.inputs)}
-        self.signal_laws += [one.value for one in mechanism.inputs]
-
-    def _signals(self, signals: tuple[Signal | None, ...]) -> int:
-        if not signals or signals[0] is None:
-            return 0
-        first = len(self.signal_laws)
-        self.signal_laws += [signal.law for signal in signals if signal is not None]
-        return 3 * first
 
     def read(self, numbers: dict[str, Any]) -> Numbers:
         """Numbers by dotted name, as elements read them; of the description each body-fixed
@@ -751,38 +899,47 @@ class _Compiler:
         self,
         primitives: list[ConstraintPrimitive],
         actions: list[ForcePrimitive],
-        pairs: list[FrictionPrimitive],
+        pairs: list[tuple[Constraint, FrictionPrimitive]],
         at: Numbers,
-    ) -> list[RecordedLaw]:
-        """All laws: those of time in the order of the signals, inputs last among them; the
-        elements' own; the rates of auxiliary states; those that formulas evaluate.
+    ) -> list[tuple[str, RecordedLaw]]:
+        """All laws, with the names of their elements: those of time in the order of the signals,
+        inputs last among them; the elements' own; the rates of auxiliary states; those that
+        formulas evaluate.
         """
         machine = self.mechanism
-        found = [RecordedLaw(Signal(Constant(0.0), [0.0]))]
-        for (element, _), primitive in zip(self.owners, primitives, strict=True):
-            if primitive.signal is not None:
-                found.append(driver_law(primitive.signal, element, machine, at))
-        names = {name for law in found if law.driven is not None for name in law.driven.signals}
-        found += [recorded(signal, machine, at) for action in actions for signal in action.signals]
-        given = [pair.capacity for pair in pairs if pair.capacity is not None]
-        found += [recorded(signal, machine, at) for signal in given]
-        for one in machine.inputs:
-            found.append(RecordedLaw(at.law(one, "value"), derivatives=one.name in names))
-        for (cause, _), action in zip(self.action_owners, actions, strict=True):
+        owned = [(element, one) for (element, _), one in zip(self.owners, primitives, strict=True)]
+        causes = [self.loads[cause] for cause, _ in self.action_owners]
+        loaded = list(zip(causes, actions, strict=True))
+        found = [("", RecordedLaw(Signal(Constant(0.0), [0.0])))]
+        for element, one in owned:
+            if one.signal is not None:
+                found.append((element.name, driver_law(one.signal, element, machine, at)))
+        names = {n for _, law in found if law.driven is not None for n in law.driven.signals}
+        for load, action in loaded:
+            found += [(load.name, recorded(signal, machine, at)) for signal in action.signals]
+        given = [(one.name, pair.capacity) for one, pair in pairs if pair.capacity is not None]
+        found += [(name, recorded(signal, machine, at)) for name, signal in given]
+        for entry in machine.inputs:
+            law = at.law(entry, "value")
+            found.append((entry.name, RecordedLaw(law, derivatives=entry.name in names)))
+        for load, action in loaded:
             if action.law is not None:
-                found.append(recorded(action.law, machine, at, self.loads[cause]))
-        own = [one.law for one in primitives if one.law is not None]
-        found += [RecordedLaw(law, derivatives=True) for law in own]
-        found += [recorded(_rate(one, at), machine, at) for one in machine.states]
-        curves = [(signal, law.driven is not None) for law in found for signal in law.laws]
-        return found + [RecordedLaw(signal, derivatives=driven) for signal, driven in curves]
+                found.append((load.name, recorded(action.law, machine, at, load)))
+        for element, one in owned:
+            if one.law is not None:
+                found.append((element.name, RecordedLaw(one.law, derivatives=True)))
+        found += [(own.name, recorded(_rate(own, at), machine, at)) for own in machine.states]
+        return found + [
+            (name, RecordedLaw(signal, derivatives=law.driven is not None))
+            for name, law in found
+            for signal in law.laws
+        ]
 
     @functools.cached_property
-    def first_laws(self) -> list[RecordedLaw]:
+    def first_laws(self) -> list[tuple[str, RecordedLaw]]:
         """Those of the description's numbers."""
-        pairs = [pair for _, pair in self.pairs]
         at = self.read(self.numbers)
-        return self.laws(self.first_primitives, self.first_actions, pairs, at)
+        return self.laws(self.first_primitives, self.first_actions, self.pairs, at)
 
     def _refuse_contacts(self, at: Numbers) -> None:
         for contact in (*self.mechanism.contacts, *self.mechanism.groups):
@@ -803,28 +960,25 @@ class _Compiler:
         at = self.read(numbers)
         if numbers is self.numbers:
             # those of the description were made already
-            pairs = [pair for _, pair in self.pairs]
-            owned = self.pairs
-            primitives, actions, laws = self.first_primitives, self.first_actions, self.first_laws
+            pairs, laws = self.pairs, self.first_laws
+            primitives, actions = self.first_primitives, self.first_actions
         else:
             made = self.frictions(at)
-            owned = [(one, pair) for one in self.frictional for pair in made[one.name]]
-            pairs = [pair for own in made.values() for pair in own]
+            pairs = [(one, pair) for one in self.frictional for pair in made[one.name]]
             primitives, actions = self.primitives(at, made), self.actions(at)
             laws = self.laws(primitives, actions, pairs, at)
         if self.loops:
             from mbody.system.formula_steps import check_loops
 
-            names = self._law_names(self.first_laws)
-            check_loops(self.mechanism, [(names[n], self.first_laws[n]) for n in self.loops], owned)
+            check_loops(self.mechanism, self.loops, pairs)
         columns: list[Any] = []
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
             columns += [*primitive.parameters, *_position_on_j(element, at)]
-        for law in laws:
+        for _, law in laws:
             columns.extend(law.parameters)
         for action in actions:
             columns.extend(action.parameters)
-        for pair in pairs:
+        for _, pair in pairs:
             columns.extend(pair.parameters)
         columns += [0.0] * SPARE
         masses: list[Any] = []
@@ -843,178 +997,24 @@ class _Compiler:
         causes = self.mechanism.loads
         for (cause, _), action in zip(self.action_owners, self.first_actions, strict=True):
             found.append((causes[cause].name, action_hook(action)))
-        laws = self.first_laws
-        names = self._law_names(laws)
-        found += [(n, law.law.hook(law.derivatives)) for n, law in zip(names, laws, strict=True)]
+        found += [(name, law.law.hook(law.derivatives)) for name, law in self.first_laws]
         return tuple(found)
 
     @functools.cached_property
-    def loops(self) -> list[int]:
-        """Numbers of the laws that give loads what follows from accelerations and forces."""
-        laws = self.first_laws
-        end = len(laws) - sum(len(law.laws) for law in laws) - len(self.mechanism.states)
-        return [n for n in range(end) if laws[n].of_solution]
+    def loops(self) -> list[tuple[str, RecordedLaw]]:
+        """The laws that give loads what follows from accelerations and forces, and their names."""
+        rates = {one.name for one in self.mechanism.states}
+        return [own for own in self.first_laws if own[1].of_solution and own[0] not in rates]
 
-    def _law_names(self, laws: list[RecordedLaw]) -> list[str]:
-        """Name of the element that each law belongs to."""
-        names = [""]
-        pairs = zip(self.owners, self.first_primitives, strict=True)
-        names += [element.name for (element, _), primitive in pairs if primitive.signal is not None]
-        loads = self.mechanism.loads
-        actions = list(zip(self.action_owners, self.first_actions, strict=True))
-        names += [loads[c].name for (c, _), action in actions for _ in action.signals]
-        names += [one.name for one, pair in self.pairs if pair.capacity is not None]
-        names += [one.name for one in self.mechanism.inputs]
-        names += [loads[c].name for (c, _), action in actions if action.law is not None]
-        pairs = zip(self.owners, self.first_primitives, strict=True)
-        names += [element.name for (element, _), primitive in pairs if primitive.law is not None]
-        names += [one.name for one in self.mechanism.states]
-        own = [name for name, law in zip(names, laws, strict=False) for _ in law.laws]
-        return names + own
-
-    def layout(self) -> Layout:
-        """The index lists of the kernels: the symbolic phase."""
-        primitives, actions = self.first_primitives, self.first_actions
-        index, bodies = self.index, len(self.bodies) - 1
-        slots = split(
-            bodies, [tuple(index[body] for body in primitive.bodies) for primitive in primitives]
-        )
-        plan = eliminate(slots)
-        place = {node: k for k, node in enumerate(plan.order)}
-        columns = [3 * s for node in plan.order for s in slots.sides[node][:2]]
-        laws = self.first_laws
-        sizes = [len(primitive.parameters) + 2 for primitive in primitives]
-        sizes += [len(law.parameters) for law in laws]
-        sizes += [len(action.parameters) for action in actions]
-        sizes += [len(pair.parameters) for _, pair in self.pairs]
-        offset = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
-        # fixed data of each law once, and where that begins
-        tables = {id(law.law): law.law.table() for law in laws}
-        starts = dict(zip(tables, np.cumsum([0, *map(len, tables.values())]), strict=False))
-        a, b = len(primitives), len(primitives) + len(laws)
-        c = b + len(actions)
-        of_time = len(self.signal_laws)
-        timed = [n for n in range(of_time) if laws[n].timed]
-        order = sorted(timed, key=lambda n: isinstance(self.signal_laws[n], Constant))
-        own = iter(range(of_time, len(laws)))
-        action_law, primitive_law = (
-            integers([-1 if part.law is None else next(own) for part in parts])
-            for parts in (actions, primitives)
-        )
-        states = self.mechanism.states
-        formulas = FormulaRows(
-            index, self.input_row, [one.name for one in states], numbered(self.owners)
-        )
-        # number of the first law that each formula evaluates
-        called = [len(law.laws) for law in laws]
-        first = (len(laws) - sum(called) + np.cumsum([0, *called])).tolist()
-        rows = [n for n in range(of_time) if laws[n].driven is not None]
-        for n in rows:
-            formulas.add_signal(laws[n], offset[a + n], first[n], 3 * n)
-        driver_steps = len(formulas.rows)
-        active_set = [e for e, primitive in enumerate(primitives) if primitive.active_set]
-        beyond = first_beyond(len(slots.sides), len(plan.more_node))
-        written = [place[e] for e in range(a)]
-        for n, e in enumerate(active_set):
-            written[e] = beyond + n
-        blocks = blocks_of(primitives, place, written, plan)
-        spans = np.zeros((a, 3), dtype=np.int64)
-        for e in range(a):
-            n = self.primitive_signal[e] // 3
-            recorded_row = laws[n].driven
-            if n and recorded_row is not None and recorded_row.measured_bodies:
-                spans[e] = formulas.add_rows(
-                    recorded_row, offset[a + n], first[n], 3 * n, 2 * written[e], blocks[e]
-                )
-        load_steps = len(formulas.rows)
-        given = {n: 3 * n for n in range(of_time) if laws[n].steps is not None}
-        for action in np.flatnonzero(action_law >= 0):
-            n = int(action_law[action])
-            if laws[n].steps is not None:
-                given[n] = 3 * (of_time + self.formula_signals)
-                self.formula_signals += 1
-                action_law[action] = -1 - given[n]
-        rates = {len(laws) - sum(called) - len(states) + n: n for n in range(len(states))}
-        loops = [given[n] for n in self.loops]
-        force_steps = 0
-        for late in (False, True):
-            force_steps = len(formulas.rows)
-            for n in (*given, *rates):
-                if laws[n].of_solution == late:
-                    row, rate = given.get(n), rates.get(n)
-                    formulas.add(laws[n], offset[a + n], laws=first[n], signal=row, rate=rate)
+    def topology(self) -> Topology:
+        """What the index lists of the kernels follow from."""
+        machine, laws = self.mechanism, [law for _, law in self.first_laws]
         primitive_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
-        driven = [primitive_of[driver.name] for driver in self.mechanism.drivers]
-        moving = [
-            number
-            for number, e in enumerate(active_set)
-            if (own_row := laws[self.primitive_signal[e] // 3].driven) and own_row.explicit
-        ]
-        dependent = [driver.name in self.following for driver in self.mechanism.drivers]
-        return Layout(
-            bodies=bodies,
-            slots=len(slots.body),
-            nodes=len(slots.sides),
-            primitive_kind=integers(
-                [PRIMITIVE_KINDS.index(primitive.kind) for primitive in primitives]
-            ),
-            primitive_i=integers([index[primitive.i] for primitive in primitives]),
-            primitive_j=integers([index[primitive.j] for primitive in primitives]),
-            primitive_par=integers(offset[:a]),
-            primitive_count=integers(sizes[:a]) - 2,
-            primitive_arm=integers(offset[1 : a + 1]) - 2,
-            primitive_signal=integers(self.primitive_signal),
-            primitive_node=integers([place[e] for e in range(a)]),
-            primitive_law=primitive_law,
-            primitive_handle=integers([-1] * a),
-            written_node=integers(written),
-            active_set=integers(active_set),
-            **friction_table(self.pairs, self.owners, place, active_set),
-            friction_par=integers(offset[c:-1]),
-            friction_signal=integers(self.friction_signal),
-            moving=integers(moving),
-            node_column=integers(columns),
-            more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
-            **sums_of(primitives, self.index, blocks),
-            **plan.lists(),
-            slot_body=integers(slots.body),
-            body_slot=np.searchsorted(slots.body, np.arange(bodies)),
-            body_part=connected_parts(
-                bodies, ([index[b] for b in p.bodies] for p in primitives if not p.active_set)
-            ),
-            law_kind=integers([LAW_KINDS.index(law.law.kind) for law in laws]),
-            law_par=integers(offset[a:b]),
-            law_count=integers(sizes[a:b]),
-            law_table=integers([starts[id(law.law)] for law in laws]),
-            law_handle=integers([-1] * len(laws)),
-            signal_law=integers(order),
-            signal_row=integers([3 * n for n in order]),
-            varying=sum(not isinstance(self.signal_laws[n], Constant) for n in timed),
-            owns=len(states),
-            formula_numbers=formulas.count,
-            formula_step=formulas.table(),
-            driver_steps=driver_steps,
-            primitive_steps=spans,
-            load_steps=load_steps,
-            force_steps=force_steps,
-            loop_row=integers(loops),
-            # what loops give to loads is kept as inputs are
-            input_row=integers([*self.input_row.values(), *loops]),
-            driver_row=integers([self.primitive_signal[e] for e in driven]),
-            driver_node=integers([place[e] for e in driven]),
-            driver_dependent=integers(dependent),
-            action_kind=integers([ACTION_KINDS.index(action.kind) for action in actions]),
-            action_i=integers([index[action.i] for action in actions]),
-            action_j=integers([index[action.j] for action in actions]),
-            action_by=integers([index[action.by] for action in actions]),
-            action_par=integers(offset[b:c]),
-            action_count=integers(sizes[b:c]),
-            action_signal=integers(self.action_signal),
-            action_law=action_law,
-            action_handle=integers([-1] * len(actions)),
-            action_cause=integers([cause for cause, _ in self.action_owners]),
-            table=np.concatenate([*tables.values(), np.zeros(1)]),
-        )
+        driven = [primitive_of[driver.name] for driver in machine.drivers]
+        causes = [cause for cause, _ in self.action_owners]
+        parts = self.first_primitives, driven, self.first_actions, causes, laws, self.pairs
+        inputs, states = ([one.name for one in own] for own in (machine.inputs, machine.states))
+        return Topology(self.index, self.owners, *parts, inputs, states)
 
 
 def _position_on_j(element: Element, at: Numbers) -> tuple[Any, Any]:

@@ -20,18 +20,18 @@ import numpy as np
 from mbody.core.tolerances import TINY
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
-from mbody.kernels.forces import KINDS as ACTION_KINDS
-from mbody.kernels.friction import BY_RATES
-from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import violation
-from mbody.laws import LAW_KINDS, Constant, ConstantSpeed
+from mbody.laws import Constant, ConstantSpeed
+from mbody.model.body import Body
 from mbody.model.driver import AngleDriver
 from mbody.model.element import Element, listed
 from mbody.model.joints import PinSlot, Revolute
+from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
-from mbody.system.assembler import connected_parts, eliminate, split
+from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, Signal
+from mbody.system.assembler import SPARE, Topology, assemble, index_lists
 from mbody.system.pivoting import LARGEST, PivotChoices, choose_pivots
-from mbody.system.system import System
+from mbody.system.system import RecordedLaw, System
 
 # -- Linkages as arrays, many of different topology at once, without any element objects -------
 
@@ -516,12 +516,6 @@ def graph_of(table: bytes, shape: tuple[int, int, int, int, int]) -> Graph:
 # elements (`tests/support/linkage_elements.py`), number for number: revolute joints, rows along a
 # line, driven angles, gravity.
 
-#: Numbers that the loops of kernels read beyond the parameters of the last action.
-SPARE = 8
-#: Parameters of each kind of primitive, and behind them the body-fixed position on j.
-PARAMETERS = {"revolute": 4, "coordinate": 6, "angle": 1}
-POSITION_ON_J = 2
-
 
 @dataclass(frozen=True, eq=False)
 class LinkageSystem:
@@ -551,49 +545,59 @@ def linkage_system(graph: Graph) -> LinkageSystem:
     closing = np.repeat(_table(closes, 4), 2, axis=0)
     across = np.tile([0, 1], len(closes))
     slides = _table([(k, on, graph.first(k)) for k, on in graph.slides], 3)
-    counts = {
-        "revolute": len(pins),
-        "coordinate": len(closing) + len(slides),
-        "angle": len(graph.drivers),
-    }
-    # kernels take primitives by their kinds
-    kinds = sorted(counts, key=PRIMITIVE_KINDS.index)
-    sizes = [counts[kind] for kind in kinds]
-    first = dict(zip(kinds, np.cumsum([0, *sizes]).tolist(), strict=False))
-    kind = np.repeat([PRIMITIVE_KINDS.index(name) for name in kinds], sizes)
     bodies = len(graph.links)
     sides = {
-        "revolute": pins[:, 1:3],
-        "coordinate": np.concatenate([closing[:, 1:3], slides[:, 1:3]]),
-        "angle": np.array([(GROUND, link) for link in graph.drivers]).reshape(-1, 2),
+        "revolute": pins[:, 1:3].tolist(),
+        "coordinate": [*closing[:, 1:3].tolist(), *slides[:, 1:3].tolist()],
+        "angle": [(GROUND, link) for link in graph.drivers],
     }
-    ends = np.concatenate([sides[name] for name in kinds])
-    ends[ends == GROUND] = bodies
-    parameters = np.repeat([PARAMETERS[name] for name in kinds], sizes)
-    layout, size = _layout(bodies, kind, ends, parameters, first["angle"], len(graph.drivers))
+    names = [*map(str, range(bodies)), "ground"]
+    description, constraints, gravity = _shared()
+    owners: list[tuple[Element, int]] = []
+    primitives: list[ConstraintPrimitive] = []
+    at = {}
+    # kernels take primitives by their kinds
+    for kind in sorted(sides, key=PRIMITIVE_KINDS.index):
+        element, one = constraints[kind]
+        at[kind] = len(owners) + np.arange(len(sides[kind]))[:, None]
+        owners += [(element, 0)] * len(sides[kind])
+        primitives += [
+            ConstraintPrimitive(kind, names[i], names[j], one.rows, one.parameters, one.signal)
+            for i, j in sides[kind]
+        ]
+    driven = at["angle"][:, 0]
+    laws = [Signal(Constant(0.0), [0.0])]
+    laws += [one.signal for one in primitives if one.signal is not None]
+    layout, signals = index_lists(
+        Topology(
+            {name: n for n, name in enumerate(names)},
+            owners,
+            primitives,
+            driven.tolist(),
+            [gravity],
+            [0],
+            [RecordedLaw(law) for law in (*laws, *gravity.signals)],
+        )
+    )
     mass = np.ones((3 * bodies + 3, 1))
     mass[3 * bodies :] = 0.0
-    shared = _shared()
-    rows = {"revolute": "ll", "coordinate": "l", "angle": "a"}
-    number = np.arange(len(kind))
-    at = {name: number[first[name] : first[name] + counts[name], None] for name in kinds}
     closing_rows = at["coordinate"][: len(closing)]
     return LinkageSystem(
         System(
-            mechanism=shared["description"],
+            mechanism=description,
             layout=layout,
             values={},
             formulas={},
-            par=np.zeros((size, 1)),
+            par=np.zeros((int(layout.action_par[-1]) + SPARE, 1)),
             mass=mass,
             batch=None,
             length=1.0,
             lengths=np.ones(bodies),
             spans=np.ones(bodies),
             heaviest=1.0,
-            owners=tuple(shared[name] for name in kinds for _ in range(counts[name])),
-            row_kinds=tuple(rows[name] for name in kinds for _ in range(counts[name])),
-            signals=3 + len(graph.drivers),
+            owners=tuple(owners),
+            row_kinds=tuple(primitive.rows for primitive in primitives),
+            signals=signals,
             plans={},
             functions=(),
             _compile=_no_numbers,
@@ -602,103 +606,7 @@ def linkage_system(graph: Graph) -> LinkageSystem:
         np.hstack([at["revolute"], pins]),
         np.hstack([closing_rows, closing, across[:, None]]),
         np.hstack([at["coordinate"][len(closing) :], slides]),
-        at["angle"][:, 0],
-    )
-
-
-def _layout(
-    bodies: int,
-    kind: np.ndarray,
-    ends: np.ndarray,
-    parameters: np.ndarray,
-    driver: int,
-    drivers: int,
-) -> tuple[Layout, int]:
-    """The index lists of kernels, and how many numbers they read, of primitives of these kinds
-    between these bodies, (primitives, 2), with so many parameters; `driver` is the first driver.
-
-    Laws are zero, those of the drivers, then both parts of gravity; one signal each.
-    """
-    slots = split(bodies, [(i, j) for i, j in ends.tolist()])
-    plan = eliminate(slots)
-    count, none = len(kind), np.zeros(0, dtype=np.int64)
-    zeros, never = np.zeros(count, dtype=np.int64), np.full(count, -1)
-    place = np.empty(len(plan.order), dtype=np.int64)
-    place[plan.order] = np.arange(len(plan.order))
-    node = place[:count]
-    signal = zeros.copy()
-    signal[driver : driver + drivers] = 3 * np.arange(1, drivers + 1)
-    linear, constant = (
-        (LAW_KINDS.index(one.kind), len(one.parameters(one.numbers())), one.table())
-        for one in (ConstantSpeed(0.0, 1.0), Constant(0.0))
-    )
-    laws = [constant, *[linear] * drivers, constant, constant]
-    sizes = np.concatenate([parameters + POSITION_ON_J, [size for _, size, _ in laws]])
-    offset = np.concatenate([[0], np.cumsum(sizes)])
-    # laws that vary come first
-    timed = [*range(1, drivers + 1), 0, drivers + 1, drivers + 2]
-    one = np.zeros(1, dtype=np.int64)
-    driven = np.arange(driver, driver + drivers)
-    ground = np.full(1, bodies)
-    tables = [table for _, _, table in laws]
-    starts = np.concatenate([[0], np.cumsum([len(table) for table in tables])])
-    column = [3 * s for n in plan.order for s in slots.sides[n][:2]]
-    return (
-        Layout(
-            bodies=bodies,
-            slots=len(slots.body),
-            nodes=len(slots.sides),
-            **dict.fromkeys(
-                ("owns", "formula_numbers", "driver_steps", "load_steps", "force_steps"), 0
-            ),
-            **dict.fromkeys(("active_set", "moving", "input_row", "loop_row"), none),
-            **{f"friction_{key}": none for key in ("kind", "node", "tangent", "par", "signal")},
-            primitive_kind=kind,
-            primitive_i=ends[:, 0],
-            primitive_j=ends[:, 1],
-            primitive_par=offset[:count],
-            primitive_count=parameters,
-            primitive_arm=offset[1 : count + 1] - POSITION_ON_J,
-            primitive_signal=signal,
-            primitive_node=node,
-            primitive_law=never,
-            primitive_handle=never,
-            written_node=node,
-            slip_signs=BY_RATES,
-            node_column=column,
-            more=np.zeros((0, 2), dtype=np.int64),
-            sum_start=np.zeros(count + 1, dtype=np.int64),
-            part=np.zeros((0, 5), dtype=np.int64),
-            **plan.lists(),
-            slot_body=slots.body,
-            body_slot=np.searchsorted(slots.body, np.arange(bodies)),
-            body_part=connected_parts(bodies, ends.tolist()),
-            law_kind=[kind for kind, _, _ in laws],
-            law_par=offset[count:-1],
-            law_count=sizes[count:],
-            law_table=starts[:-1],
-            law_handle=np.full(len(laws), -1),
-            signal_law=timed,
-            signal_row=3 * np.array(timed),
-            varying=drivers,
-            formula_step=np.zeros((0, 4), dtype=np.int64),
-            primitive_steps=np.zeros((count, 3), dtype=np.int64),
-            driver_row=signal[driven],
-            driver_node=node[driven],
-            driver_dependent=np.zeros(drivers, dtype=np.int64),
-            action_kind=[ACTION_KINDS.index("gravity")],
-            action_i=ground,
-            action_j=ground,
-            action_by=ground,
-            action_par=offset[-1:],
-            action_count=one,
-            action_signal=[3 * (drivers + 1)],
-            action_law=np.full(1, -1),
-            action_handle=np.full(1, -1),
-            action_cause=one,
-            table=np.concatenate([*tables, np.zeros(1)]),
-        ),
-        int(offset[-1]) + SPARE,
+        driven,
     )
 
 
@@ -707,18 +615,21 @@ def _table(rows: list[Any], width: int) -> np.ndarray:
 
 
 @functools.cache
-def _shared() -> dict[str, Any]:
-    """A description without elements, and an element of each kind that stands for all of it."""
-
-    def of(element: Element) -> tuple[Element, int]:
-        return element, 0
-
-    return {
-        "description": Mechanism("linkage").closed_with(()),
-        "revolute": of(Revolute("pin", "ground", "link")),
-        "coordinate": of(PinSlot("row", "ground", "link")),
-        "angle": of(AngleDriver("driver", "link", ConstantSpeed(0.0, 1.0))),
-    }
+def _shared() -> tuple[Mechanism, dict[str, tuple[Element, ConstraintPrimitive]], ForcePrimitive]:
+    """A description without elements; by its kind an element that stands for all such, with its
+    primitive; gravity.
+    """
+    one = Mechanism("linkage")
+    one.add(Body("link", mass=1.0), Revolute("pin", "ground", "link"))
+    one.add(PinSlot("row", "ground", "link"))
+    one.add(AngleDriver("driver", "link", ConstantSpeed(0.0, 1.0)), Gravity("gravity"))
+    made = assemble(one)
+    at = made.numbers
+    constraints: dict[str, tuple[Element, ConstraintPrimitive]] = {}
+    for element in made.mechanism.constraints:
+        primitive = element.primitives(at)[0]
+        constraints[primitive.kind] = element, primitive
+    return one.closed_with(()), constraints, made.mechanism.loads[0].actions(at)[0]
 
 
 def _no_numbers(values: dict[str, Any]) -> Any:
