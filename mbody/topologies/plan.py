@@ -620,7 +620,7 @@ def _shared() -> tuple[Mechanism, dict[str, tuple[Element, ConstraintPrimitive]]
     primitive; gravity.
     """
     one = Mechanism("linkage")
-    one.add(Body("link", mass=1.0), Revolute("pin", "ground", "link"))
+    one.add(Body("link", mass=1.0, inertia=1.0), Revolute("pin", "ground", "link"))
     one.add(PinSlot("row", "ground", "link"))
     one.add(AngleDriver("driver", "link", ConstantSpeed(0.0, 1.0)), Gravity("gravity"))
     made = assemble(one)
