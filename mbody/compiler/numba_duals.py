@@ -20,7 +20,7 @@ from numba.extending import (
     type_callable,
 )
 
-from mbody.compiler.jit import inline
+from mbody.compiler.jit import njit
 from mbody.compiler.numba_lanes import (
     Lanes,
     common,
@@ -34,6 +34,7 @@ from mbody.core import lanes
 from mbody.core import lanes as plain
 from mbody.core.interface import FASTMATH
 from mbody.core.lanes import chained, constant, value
+from mbody.core.slopes import SLOPES
 
 # -- Numba's type of dual numbers, and the LLVM instructions of their arithmetic ---------------
 #
@@ -455,74 +456,51 @@ def _overload_sincos(x: Any) -> Any:
     return both
 
 
-@inline
-def _sin(x: float) -> tuple[float, float]:
-    return np.sin(x), np.cos(x)
+def _rules(function: Any) -> Any:
+    """The partial derivatives of a function, compiled."""
+    return [njit(forceinline=True, cache=False)(one) for one in SLOPES[function.__name__]]
 
 
-@inline
-def _cos(x: float) -> tuple[float, float]:
-    return np.cos(x), -np.sin(x)
-
-
-@inline
-def _tan(x: float) -> tuple[float, float]:
-    g = np.tan(x)
-    return g, 1.0 + g * g
-
-
-@inline
-def _exp(x: float) -> tuple[float, float]:
-    g = np.exp(x)
-    return g, g
-
-
-@inline
-def _log(x: float) -> tuple[float, float]:
-    return np.log(x), 1.0 / x
-
-
-@inline
-def _arctan(x: float) -> tuple[float, float]:
-    return np.arctan(x), 1.0 / (1.0 + x * x)
-
-
-@inline
-def _arcsin(x: float) -> tuple[float, float]:
-    return np.arcsin(x), 1.0 / np.sqrt((1.0 - x) * (1.0 + x))
-
-
-@inline
-def _arccos(x: float) -> tuple[float, float]:
-    return np.arccos(x), -1.0 / np.sqrt((1.0 - x) * (1.0 + x))
-
-
-def _of_one(function: Any, both: Any) -> None:
-    """Define a function of one number by its value and its derivative."""
+def _of_one(function: Any) -> None:
+    """Define a function of one number."""
+    (slope,) = _rules(function)
 
     @overload(function, jit_options=OPTIONS)
     def _overload(x: Any) -> Any:
-        if not isinstance(x, Dual):
-            return None
-
         def of_dual(x: Any) -> Any:
-            f, slope = both(value(x))
-            return chained(f, slope, x)
+            f = function(value(x))
+            return chained(f, slope(f, value(x)), x)
 
-        return of_dual
+        return of_dual if isinstance(x, Dual) else None
 
 
-for _elementary, _both in (
-    (np.sin, _sin),
-    (np.cos, _cos),
-    (np.tan, _tan),
-    (np.exp, _exp),
-    (np.log, _log),
-    (np.arctan, _arctan),
-    (np.arcsin, _arcsin),
-    (np.arccos, _arccos),
+def _of_two(function: Any) -> None:
+    """Define a function of two numbers."""
+    first_slope, second_slope = _rules(function)
+
+    @overload(function, jit_options=OPTIONS)
+    def _overload(x: Any, y: Any) -> Any:
+        def of_dual(x: Any, y: Any) -> Any:
+            a, b = value(x), value(y)
+            f = function(a, b)
+            return chained(f, first_slope(f, a, b), x) + chained(0.0, second_slope(f, a, b), y)
+
+        return of_dual if isinstance(common(x, y), Dual) else None
+
+
+for _elementary in (
+    np.sin,
+    np.cos,
+    np.tan,
+    np.exp,
+    np.log,
+    np.arctan,
+    np.arcsin,
+    np.arccos,
 ):
-    _of_one(_elementary, _both)
+    _of_one(_elementary)
+_of_two(np.arctan2)
+_of_two(np.hypot)
 
 
 @overload(np.isfinite, jit_options=OPTIONS)
@@ -531,31 +509,6 @@ def _overload_isfinite(x: Any) -> Any:
         return np.isfinite(value(x))
 
     return of_dual if isinstance(x, Dual) else None
-
-
-@overload(np.arctan2, jit_options=OPTIONS)
-def _overload_arctan2(y: Any, x: Any) -> Any:
-    if not isinstance(common(y, x), Dual):
-        return None
-
-    def of_dual(y: Any, x: Any) -> Any:
-        a, b = value(y), value(x)
-        square = a * a + b * b
-        return chained(np.arctan2(a, b), b / square, y) + chained(0.0, -a / square, x)
-
-    return of_dual
-
-
-@overload(np.hypot, jit_options=OPTIONS)
-def _overload_hypot(x: Any, y: Any) -> Any:
-    if not isinstance(common(x, y), Dual):
-        return None
-
-    def of_dual(x: Any, y: Any) -> Any:
-        h = np.hypot(value(x), value(y))
-        return chained(h, value(x) / h, x) + chained(0.0, value(y) / h, y)
-
-    return of_dual
 
 
 @overload(np.power, jit_options=OPTIONS)

@@ -29,20 +29,21 @@ made of what kernels do with them.  What a compiler makes of these functions is 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from mbody.core.recorded_numbers import Traced, Untraceable, apply
+from mbody.core.slopes import SLOPES, slope
 
 # -- Dual numbers in plain Python: a number, or an array of them, with derivatives by parameters
 
 
-class DualNumber:
+class DualNumber(NDArrayOperatorsMixin):
     """A number, or an array of them, with derivatives by parameters. tangents (…, parameters).
 
     Examples
@@ -53,8 +54,6 @@ class DualNumber:
     """
 
     __slots__ = ("tangents", "value")
-    # none can be a key: equality compares values, and two equal ones may have other tangents
-    __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, value: Any, tangents: Any) -> None:
         self.value, self.tangents = value, np.asarray(tangents, dtype=np.float64)
@@ -87,69 +86,10 @@ class DualNumber:
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         if method == "reduce" and ufunc.__name__ in _ABOUT:  # `numpy.any` and `numpy.all`
             return ufunc.reduce(value(inputs[0]), **options)
-        if method != "__call__" or options:
+        # `a += b` gives a new number under the name of a
+        if method != "__call__" or options.pop("out", (self,))[0] is not self or options:
             return NotImplemented
         return _applied(ufunc, inputs)
-
-    def __add__(self, other: Any) -> Any:
-        return _applied(np.add, (self, other))
-
-    def __radd__(self, other: Any) -> Any:
-        return _applied(np.add, (other, self))
-
-    def __sub__(self, other: Any) -> Any:
-        return _applied(np.subtract, (self, other))
-
-    def __rsub__(self, other: Any) -> Any:
-        return _applied(np.subtract, (other, self))
-
-    def __mul__(self, other: Any) -> Any:
-        return _applied(np.multiply, (self, other))
-
-    def __rmul__(self, other: Any) -> Any:
-        return _applied(np.multiply, (other, self))
-
-    def __truediv__(self, other: Any) -> Any:
-        return _applied(np.divide, (self, other))
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return _applied(np.divide, (other, self))
-
-    def __pow__(self, other: Any) -> Any:
-        return _applied(np.power, (self, other))
-
-    def __rpow__(self, other: Any) -> Any:
-        return _applied(np.power, (other, self))
-
-    def __mod__(self, other: Any) -> Any:
-        return _applied(np.mod, (self, other))
-
-    def __neg__(self) -> Any:
-        return DualNumber(-self.value, -self.tangents)
-
-    def __pos__(self) -> DualNumber:
-        return self
-
-    def __abs__(self) -> Any:
-        return _applied(np.absolute, (self,))
-
-    def __eq__(self, other: Any) -> Any:
-        return self.value == value(other)
-
-    def __ne__(self, other: Any) -> Any:
-        return self.value != value(other)
-
-    def __lt__(self, other: Any) -> Any:
-        return self.value < value(other)
-
-    def __le__(self, other: Any) -> Any:
-        return self.value <= value(other)
-
-    def __gt__(self, other: Any) -> Any:
-        return self.value > value(other)
-
-    def __ge__(self, other: Any) -> Any:
-        return self.value >= value(other)
 
 
 #: Where functions were evaluated that have no derivative there, as |x| at 0: names of functions.
@@ -192,64 +132,6 @@ def _at_corner(name: str, values: list[Any], inputs: tuple[Any, ...]) -> bool:
     return bool((np.abs(change).max(axis=-1, initial=0.0) * at).any())
 
 
-#: Functions by whose derivative the chain rule goes: g′(x), or both partial derivatives.
-_DERIVATIVES: dict[str, Any] = {
-    "positive": lambda x: (1.0,),
-    "negative": lambda x: (-1.0,),
-    "add": lambda x, y: (1.0, 1.0),
-    "subtract": lambda x, y: (1.0, -1.0),
-    "multiply": lambda x, y: (y, x),
-    "divide": lambda x, y: (1.0 / y, -x / y / y),
-    "reciprocal": lambda x: (-1.0 / (x * x),),
-    "square": lambda x: (2.0 * x,),
-    "sqrt": lambda x: (0.5 / np.sqrt(x),),
-    "absolute": lambda x: (np.where(np.less(x, 0.0), -1.0, 1.0),),
-    "fabs": lambda x: (np.where(np.less(x, 0.0), -1.0, 1.0),),
-    "sin": lambda x: (np.cos(x),),
-    "cos": lambda x: (-np.sin(x),),
-    "tan": lambda x: (1.0 + np.tan(x) ** 2,),
-    "arcsin": lambda x: (1.0 / np.sqrt((1.0 - x) * (1.0 + x)),),
-    "arccos": lambda x: (-1.0 / np.sqrt((1.0 - x) * (1.0 + x)),),
-    "arctan": lambda x: (1.0 / (1.0 + x * x),),
-    "tanh": lambda x: (1.0 - np.tanh(x) ** 2,),
-    "exp": lambda x: (np.exp(x),),
-    "log": lambda x: (1.0 / x,),
-    "sign": lambda x: (0.0,),
-    "floor": lambda x: (0.0,),
-    "deg2rad": lambda x: (math.pi / 180.0,),
-    "radians": lambda x: (math.pi / 180.0,),
-    "rad2deg": lambda x: (180.0 / math.pi,),
-    "degrees": lambda x: (180.0 / math.pi,),
-    "hypot": lambda x, y: (x / np.hypot(x, y), y / np.hypot(x, y)),
-    "arctan2": lambda x, y: (y / (x * x + y * y), -x / (x * x + y * y)),
-    "remainder": lambda x, y: (1.0, -np.floor_divide(x, y)),
-}
-
-
-def _power(x: Any, y: Any) -> tuple[Any, Any]:
-    """y x^(y−1) and x^y log x: 0 where the factor before is, also where the other is infinite."""
-    f = np.power(x, y)
-    by_x = np.where(y == 0.0, 0.0, y * np.power(x, y - 1.0))
-    return by_x, np.where(f == 0.0, 0.0, f * np.log(x))
-
-
-def _first(x: Any, y: Any, before: Any) -> Any:
-    """Where the first of two is taken, as of `mbody.core.lanes.smaller`."""
-    return np.isnan(x) | before(x, y)
-
-
-def _smaller(x: Any, y: Any) -> tuple[Any, Any]:
-    first = np.where(_first(x, y, np.less), 1.0, 0.0)
-    return first, 1.0 - first
-
-
-def _larger(x: Any, y: Any) -> tuple[Any, Any]:
-    first = np.where(_first(x, y, np.greater), 1.0, 0.0)
-    return first, 1.0 - first
-
-
-_DERIVATIVES["minimum"], _DERIVATIVES["maximum"] = _smaller, _larger
-_DERIVATIVES["power"] = _DERIVATIVES["float_power"] = _power
 #: Functions that ask about values.
 _ABOUT = {
     "less",
@@ -278,19 +160,19 @@ def _applied(ufunc: Any, inputs: tuple[Any, ...]) -> Any:
         found = ufunc(*values)
         if name in _ABOUT:
             return found
-        if name not in _DERIVATIVES:
+        if name not in SLOPES:
             raise TypeError(f"numpy.{name} has no derivative here")
         change: Any = 0.0
         # Python's own floats would stop at 1/0, where NumPy's go on
-        slopes = _DERIVATIVES[name](*(np.asarray(each)[()] for each in values))
-        for one, slope in zip(inputs, slopes, strict=True):
+        given = [np.asarray(each)[()] for each in values]
+        for one, rule in zip(inputs, SLOPES[name], strict=True):
             if isinstance(one, DualNumber):
                 tangents = one.tangents
                 if one.ndim < np.ndim(found):
                     missing = (1,) * (np.ndim(found) - one.ndim)
                     tangents = tangents.reshape(missing + tangents.shape)
                 # what does not change leaves no trace where a slope is infinite
-                part = np.multiply(np.asarray(slope)[..., None], tangents)
+                part = np.multiply(np.asarray(slope(rule, found, given))[..., None], tangents)
                 change = change + np.where(tangents == 0.0, 0.0, part)
     return DualNumber(found, np.broadcast_to(change, (*np.shape(found), change.shape[-1])))
 

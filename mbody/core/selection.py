@@ -153,6 +153,7 @@ COMPILED = (
     "core/lanes.py",
     "core/interface.py",
     "core/libraries.py",
+    "core/slopes.py",
     "core/tolerances.py",
     "kernels/*.py",
     "laws/*.py",

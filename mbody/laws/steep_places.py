@@ -11,29 +11,29 @@ Moore, Kearfott, Cloud, *Introduction to Interval Analysis* (2009), chapters 5 a
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import replace
+from itertools import repeat
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from mbody.core.bracket import zeros_between
+from mbody.core.slopes import change
 from mbody.core.tolerances import FORMULA_SAME, TINY
 from mbody.laws.kernels import (
-    ABS,
     ADD,
     CONSTANT,
     COS,
     LOG,
-    MAX,
-    MIN,
     MULTIPLY,
     OPERATIONS,
     POWER_CONSTANT,
-    SIGN,
-    STEP,
     SUBTRACT,
     FloatArray,
 )
+from mbody.quantities.evaluate import by_numpy, numpy_function, postfix_value
 
 #: How far a formula may be from straight in a part, of its greatest value; levels, and parts of one
 #: level, at which cutting ends.
@@ -166,16 +166,31 @@ def _pulses(
 # -- Enclosures of a formula and its rate ------------------------------------------------------
 
 #: The least and the greatest of many numbers, (2, n).
-Interval = FloatArray
-SWITCHES = (ABS, SIGN, STEP, MIN, MAX)
+Ends = FloatArray
+ANY = np.array([[-np.inf], [np.inf]])
+SWITCHES = ("abs", "sign", "step", "min", "max")
+
+
+class Interval(NDArrayOperatorsMixin):
+    """Intervals; operators and NumPy's functions give enclosures, but for rounding."""
+
+    def __init__(self, ends: Ends) -> None:
+        # anything where an end is not a number
+        self.ends = np.where(np.isnan(ends).any(axis=0), ANY, ends)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any) -> Interval:
+        ends = [one.ends if isinstance(one, Interval) else np.full((2, 1), one) for one in inputs]
+        if ufunc is np.multiply and inputs[0] is inputs[1]:
+            return Interval(_power(ends[0], np.full((2, 1), 2.0)))
+        return Interval(IMAGES.get(ufunc, ufunc)(*ends))
 
 
 class Enclosure(NamedTuple):
     """Enclosures of the value, of its rate, and of what decides each switch and its rate."""
 
-    value: Interval
-    rate: Interval
-    switches: list[tuple[Interval, Interval]]
+    value: Ends
+    rate: Ends
+    switches: list[tuple[Ends, Ends]]
 
 
 def deciding_programs(law: Expression) -> list[Expression]:
@@ -190,163 +205,116 @@ def deciding_programs(law: Expression) -> list[Expression]:
         second = stack.pop() if code > LOG else ((), ())
         first = stack.pop()
         both = first[0] + second[0], first[1] + second[1]
-        if code in SWITCHES:
+        if OPERATIONS[code] in SWITCHES:
             minus = (SUBTRACT,) if code > LOG else ()
             found.append(replace(law, program=both[0] + minus, constants=both[1]))
         stack.append((both[0] + (code,), both[1] + own))
     return found
 
 
-def enclosed(law: Expression, x: Interval) -> Enclosure:
+def enclosed(law: Expression, x: Ends) -> Enclosure:
     """Enclosures over intervals (2, n) of the variable, but for rounding."""
-    n, constants = x.shape[1], iter(law.constants)
-    nothing = np.zeros((2, n))
-    stack: list[tuple[Interval, Interval]] = []
-    switches: list[tuple[Interval, Interval]] = []
-    for code in law.program:
-        name = OPERATIONS[code]
-        if name == "variable":
-            stack.append((x, nothing + 1.0))
-        elif name == "constant":
-            stack.append((nothing + next(constants), nothing))
-        elif code > LOG:
-            b, a = stack.pop(), stack.pop()
-            stack.append(_of_two(name, a, b, switches))
-        elif name.endswith(" constant"):
-            c = (nothing + next(constants), nothing)
-            stack.append(_of_two(name[0], stack.pop(), c, switches))
-        else:
-            stack.append(_of_one(name, *stack.pop(), switches))
-        stack[-1] = _known(stack[-1][0]), _known(stack[-1][1])
-    return Enclosure(*stack.pop(), switches)
+    nothing = np.zeros(x.shape)
+    switches: list[tuple[Ends, Ends]] = []
+
+    def ends(one: Interval | None) -> Ends:
+        return nothing if one is None else nothing + one.ends
+
+    def applied(name: str, *given: tuple[Interval, Interval | None]) -> Any:
+        values, rates = zip(*given, strict=True)
+        value = by_numpy(name, *values)
+        if name in SWITCHES:
+            own = np.subtract(*values) if given[1:] else values[0]
+            rate = change("subtract", own, values, rates) if given[1:] else rates[0]
+            switches.append((ends(own), ends(rate)))
+        if name in ("sign", "step"):
+            return value, None
+        if name not in ("min", "max"):
+            return value, change(numpy_function(name).__name__, value, values, rates)
+        # of one of the two, or of any between
+        less, other = (one.ends for one in (values if name == "min" else values[::-1]))
+        a, b = map(ends, rates)
+        hull = np.array([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
+        second = np.where(other[1] <= less[0], b, hull)
+        return value, Interval(np.where(less[1] <= other[0], a, second))
+
+    names = [OPERATIONS[code] for code in law.program]
+    constants = ((Interval(nothing + one), None) for one in law.constants)
+    variables = repeat((Interval(x), Interval(nothing + 1.0)))
+    value, rate = postfix_value(names, constants, variables, applied)
+    return Enclosure(ends(value), ends(rate), switches)
 
 
-def _known(a: Interval) -> Interval:
-    """Anything where an end is not a number."""
-    return np.where(np.isnan(a).any(axis=0), [[-np.inf], [np.inf]], a)
-
-
-def _ends(*values: FloatArray) -> Interval:
+def _hull(*values: FloatArray) -> Ends:
     """Least and greatest of values (n,)."""
     return np.array([np.min(values, axis=0), np.max(values, axis=0)])
 
 
-def _times(a: Interval, b: Interval) -> Interval:
-    parts = [np.where((p == 0.0) | (q == 0.0), 0.0, p * q) for p in a for q in b]
-    return _ends(*parts)
+def _times(a: Ends, b: Ends) -> Ends:
+    return _hull(*(np.where((p == 0.0) | (q == 0.0), 0.0, p * q) for p in a for q in b))
 
 
-def _over(a: Interval, b: Interval) -> Interval:
-    parts = np.where((b[0] > 0.0) | (b[1] < 0.0), 1.0 / b[::-1], [[-np.inf], [np.inf]])
-    return _times(a, parts)
+def _over(a: Ends, b: Ends) -> Ends:
+    low, high = b  # of which zero is met from within
+    inverse = np.where([high == 0.0, low == 0.0], ANY, 1.0 / b[::-1])
+    return _times(a, np.where((low < 0.0) & (high > 0.0), ANY, inverse))
 
 
-def _minus(a: Interval, b: Interval) -> Interval:
-    return a - b[::-1]
+def _periodic(top: float, function: Any) -> Any:
+    """Of a sine, whose first greatest value is at `top`."""
+
+    def image(a: Ends) -> Ends:
+        turns = (a - top) / (2.0 * np.pi)
+        up, down = (np.floor(turns[1] - part) >= np.ceil(turns[0] - part) for part in (0.0, 0.5))
+        low, high = _hull(*function(a))
+        return np.array([np.where(down, -1.0, low), np.where(up, 1.0, high)])
+
+    return image
 
 
-def _hull(a: Interval, b: Interval) -> Interval:
-    return np.array([np.minimum(a[0], b[0]), np.maximum(a[1], b[1])])
+def _tan(a: Ends) -> Ends:
+    pole = np.floor(a[1] / np.pi - 0.5) >= np.ceil(a[0] / np.pi - 0.5)
+    return np.where(pole, ANY, np.tan(a))
 
 
-def _periodic(a: Interval, g: FloatArray, top: float) -> Interval:
-    """Values of a sine (2, n) at the ends, with its extrema between them; the first greatest value
-    is at `top`.
-    """
-    low, high = np.min(g, axis=0), np.max(g, axis=0)
-    turn = 2.0 * np.pi
-    up = np.floor((a[1] - top) / turn) >= np.ceil((a[0] - top) / turn)
-    down = np.floor((a[1] - top) / turn - 0.5) >= np.ceil((a[0] - top) / turn - 0.5)
-    return np.array([np.where(down, -1.0, low), np.where(up, 1.0, high)])
+def _abs(a: Ends) -> Ends:
+    least, greatest = _hull(*np.abs(a))
+    return np.array([np.where((a[0] < 0.0) & (a[1] > 0.0), 0.0, least), greatest])
 
 
-def _power(a: Interval, p: float) -> Interval:
-    """a^p of one exponent."""
-    if p == round(p) and p % 2.0 == 1.0:
-        through = (p < 0.0) & (a[0] <= 0.0) & (a[1] >= 0.0)
-        return np.where(through, [[-np.inf], [np.inf]], _ends(*a**p))
-    if p == round(p):
-        small = np.where((a[0] < 0.0) & (a[1] > 0.0), 0.0, np.abs(a).min(axis=0))
-        return _ends(small**p, np.abs(a).max(axis=0) ** p)
-    return _ends(*np.maximum(a, 0.0) ** p)
+def _power(a: Ends, b: Ends) -> Ends:
+    p = b[0, 0]
+    if (b != p).any():
+        return np.exp(_times(b, np.log(np.maximum(a, 0.0))))
+    if p != round(p):
+        return _hull(*np.maximum(a, 0.0) ** p)
+    if p % 2.0 == 0.0:
+        return _hull(*_abs(a) ** p)
+    through = (p < 0.0) & (a[0] <= 0.0) & (a[1] >= 0.0)
+    return np.where(through, ANY, _hull(*a**p))
 
 
-def _of_one(
-    name: str, a: Interval, a1: Interval, switches: list[tuple[Interval, Interval]]
-) -> tuple[Interval, Interval]:
-    if name == "negative":
-        return -a[::-1], -a1[::-1]
-    if name in ("abs", "sign", "step"):
-        switches.append((a, a1))
-        if name == "abs":
-            least = np.where((a[0] < 0.0) & (a[1] > 0.0), 0.0, np.abs(a).min(axis=0))
-            sides = np.array([least, np.abs(a).max(axis=0)])
-            part = np.where(a[0] >= 0.0, 1.0, -1.0), np.where(a[1] > 0.0, 1.0, -1.0)
-            return sides, _times(a1, np.array(part))
-        jump = np.sign(a) if name == "sign" else np.where(a >= 0.0, 1.0, 0.0)
-        return np.asarray(jump), np.zeros(a.shape)
-    if name in ("sin", "cos"):
-        top = 0.5 * np.pi if name == "sin" else 0.0
-        value = _periodic(a, np.sin(a) if name == "sin" else np.cos(a), top)
-        rate = np.cos(a) if name == "sin" else -np.sin(a)
-        return value, _times(_periodic(a, rate, top - 0.5 * np.pi), a1)
-    if name == "tan":
-        pole = np.floor(a[1] / np.pi - 0.5) >= np.ceil(a[0] / np.pi - 0.5)
-        g = np.where(pole, [[-np.inf], [np.inf]], np.tan(a))
-        return g, _times(1.0 + _power(g, 2.0), a1)
-    if name == "exp":
-        g = np.exp(a)
-        return g, _times(g, a1)
-    if name == "sqrt":
-        g = np.sqrt(np.maximum(a, 0.0))
-        return g, _times(np.array([0.5 / g[1], 0.5 / g[0]]), a1)
-    if name == "log":
-        return np.log(np.maximum(a, 0.0)), _over(a1, np.maximum(a, 0.0))
-    if name == "atan":
-        return np.arctan(a), _over(a1, 1.0 + _power(a, 2.0))
-    inside = np.clip(a, -1.0, 1.0)
-    g, steep = np.arcsin(inside), np.sqrt(1.0 - _power(inside, 2.0)[::-1])
-    if name == "asin":
-        return g, _times(1.0 / steep[::-1], a1)
-    return 0.5 * np.pi - g[::-1], -_times(1.0 / steep[::-1], a1)[::-1]
+def _atan2(a: Ends, b: Ends) -> Ends:
+    around = (a[0] <= 0.0) & (a[1] >= 0.0) & (b[0] <= 0.0)
+    turn = np.array([[-np.pi], [np.pi]])
+    return np.where(around, turn, _hull(*(np.arctan2(p, q) for p in a for q in b)))
 
 
-def _of_two(
-    name: str,
-    first: tuple[Interval, Interval],
-    second: tuple[Interval, Interval],
-    switches: list[tuple[Interval, Interval]],
-) -> tuple[Interval, Interval]:
-    (a, a1), (b, b1) = first, second
-    if name == "+":
-        return a + b, a1 + b1
-    if name == "-":
-        return _minus(a, b), _minus(a1, b1)
-    if name == "*":
-        return _times(a, b), _times(a1, b) + _times(a, b1)
-    if name == "/":
-        q = _over(a, b)
-        return q, _over(_minus(a1, _times(q, b1)), b)
-    if name in ("min", "max"):
-        switches.append((_minus(a, b), _minus(a1, b1)))
-        less, other = (a, b) if name == "min" else (b, a)
-        first_holds, second_holds = less[1] <= other[0], other[1] <= less[0]
-        rate = np.where(first_holds, a1, np.where(second_holds, b1, _hull(a1, b1)))
-        value = np.minimum(a, b) if name == "min" else np.maximum(a, b)
-        return value, rate
-    if name == "hypot":
-        square = _power(a, 2.0) + _power(b, 2.0)
-        h = np.sqrt(square)
-        return h, _over(_times(a, a1) + _times(b, b1), h)
-    if name == "atan2":
-        parts = [np.arctan2(p, q) for p in a for q in b]
-        around = (a[0] <= 0.0) & (a[1] >= 0.0) & (b[0] <= 0.0)
-        angle = np.where(around, [[-np.pi], [np.pi]], _ends(*parts))
-        square = _power(a, 2.0) + _power(b, 2.0)
-        return angle, _over(_minus(_times(a1, b), _times(a, b1)), square)
-    if (b[0] == b[1]).all() and (b == b[0, 0]).all() and not b1.any():
-        p = float(b[0, 0])
-        return _power(a, p), _times(_times(b, _power(a, p - 1.0)), a1)
-    log = np.log(np.maximum(a, 0.0))
-    f = np.exp(_times(b, log))
-    return f, _times(f, _times(b1, log) + _over(_times(b, a1), np.maximum(a, 0.0)))
+#: Functions on ends; others increase with all that they take.
+IMAGES: dict[Any, Callable[..., Ends]] = {
+    np.negative: lambda a: -a[::-1],
+    np.subtract: lambda a, b: a - b[::-1],
+    np.multiply: _times,
+    np.divide: _over,
+    np.power: _power,
+    np.absolute: _abs,
+    np.sin: _periodic(0.5 * np.pi, np.sin),
+    np.cos: _periodic(0.0, np.cos),
+    np.tan: _tan,
+    np.sqrt: lambda a: np.sqrt(np.maximum(a, 0.0)),
+    np.log: lambda a: np.log(np.maximum(a, 0.0)),
+    np.arcsin: lambda a: np.arcsin(np.clip(a, -1.0, 1.0)),
+    np.arccos: lambda a: np.arccos(np.clip(a[::-1], -1.0, 1.0)),
+    np.hypot: lambda a, b: np.hypot(_abs(a), _abs(b)),
+    np.arctan2: _atan2,
+}

@@ -85,6 +85,8 @@ TWO: dict[str, Callable[[Any, Any], Any]] = {
     "^": np.power,
     **OF_TWO,
 }
+#: Operations by the names of NumPy's functions.
+BY_FUNCTION = {function.__name__: name for name, function in {**ONE, **TWO}.items()}
 
 
 def postfix_value(
@@ -128,7 +130,12 @@ def by_numpy(operation: str, *arguments: Any) -> Any:
     >>> float(by_numpy("hypot", 3.0, 4.0))
     5.0
     """
-    return (ONE[operation] if operation in ONE else TWO[operation])(*arguments)
+    return numpy_function(operation)(*arguments)
+
+
+def numpy_function(operation: str) -> Callable[..., Any]:
+    """NumPy's function of an operation."""
+    return ONE[operation] if operation in ONE else TWO[operation]
 
 
 ANGLE = DIMENSIONS["angle"]

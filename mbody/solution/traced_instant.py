@@ -26,7 +26,7 @@ from mbody.laws import Expression, MeasuredFormula, Table
 from mbody.laws.kernels import OPERATIONS
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.simulation import Measure, measure_named
-from mbody.quantities.evaluate import ONE, TWO, by_numpy, postfix_value
+from mbody.quantities.evaluate import BY_FUNCTION, ONE, TWO, by_numpy, postfix_value
 from mbody.solution.histories import LoadHistory, Reaction, auxiliary_history, place
 from mbody.solution.measures import (
     check_measure,
@@ -41,22 +41,7 @@ from mbody.system.system import System
 
 # -- Recorded numbers (`mbody.core.recorded_numbers`) as programs for the compiled core --------
 
-#: What the core evaluates where it has another name than NumPy's function.
-NAMES = {
-    "arcsin": "asin",
-    "arccos": "acos",
-    "arctan": "atan",
-    "absolute": "abs",
-    "add": "+",
-    "subtract": "-",
-    "multiply": "*",
-    "divide": "/",
-    "power": "^",
-    "arctan2": "atan2",
-    "minimum": "min",
-    "maximum": "max",
-}
-CODES = {name: OPERATIONS.index(NAMES.get(name, name)) for name in RECORDED_NUMBERS_FUNCTIONS}
+CODES = {name: OPERATIONS.index(BY_FUNCTION[name]) for name in RECORDED_NUMBERS_FUNCTIONS}
 #: What a rule requires of a number, as `mbody.model.element.number_field` names it: the lowest
 #: value, and whether it is excluded.
 LOWEST = {"positive": (0.0, 1), "not negative": (0.0, 0), "": (-1e300, 1)}

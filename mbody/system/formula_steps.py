@@ -13,7 +13,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from mbody.core.slopes import change
 from mbody.errors import ModelError
 from mbody.laws import Constant, Law, MeasuredFormula, Table
 from mbody.laws.kernels import OPERATIONS, FloatArray, evaluate
@@ -22,7 +24,7 @@ from mbody.model.driver import AngleDriver, DistanceDriver
 from mbody.model.element import AuxiliaryState, Element, Marker, Numbers, equation, signal_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import FrictionPrimitive, Signal
-from mbody.quantities.evaluate import by_numpy, postfix_value
+from mbody.quantities.evaluate import BY_FUNCTION, by_numpy, numpy_function, postfix_value
 
 if TYPE_CHECKING:
     from mbody.model.stop import Stop
@@ -36,25 +38,17 @@ REACTIONS = {"fx": 2, "fy": 3, "torque": 4}
 OF_SOLUTION = ("acceleration", "reaction")
 
 
-class Recorded:
-    """A number of a list of steps; operators record further ones."""
+class Recorded(NDArrayOperatorsMixin):
+    """A number of a list of steps; operators and NumPy's functions record further ones."""
 
     __slots__ = ("place", "steps")
 
     def __init__(self, steps: StepList, place: int) -> None:
         self.steps, self.place = steps, place
 
-    def __add__(self, other: Recorded) -> Recorded:
-        return self.steps.operation("+", self, other)
-
-    def __sub__(self, other: Recorded) -> Recorded:
-        return self.steps.operation("-", self, other)
-
-    def __mul__(self, other: Recorded) -> Recorded:
-        return self.steps.operation("*", self, other)
-
-    def __truediv__(self, other: Recorded) -> Recorded:
-        return self.steps.operation("/", self, other)
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any) -> Recorded:
+        given = (one if isinstance(one, Recorded) else self.steps.number(one) for one in inputs)
+        return self.steps.operation(BY_FUNCTION[ufunc.__name__], *given)
 
 
 class StepList:
@@ -403,10 +397,8 @@ class Differentiated:
         rates = [self.of(each) for each in given]
         if all(rate is None for rate in rates) or name in JUMPS:
             return None
-        if len(given) == 1:
-            inner = self._inner(name, given[0], one)
-            return inner * _existing(rates[0])
-        return self._of_two(name, one, *given, *rates)
+        found: Derivative = change(numpy_function(name).__name__, one, given, rates)
+        return found
 
     def _of_law(self, name: str, operands: list[int]) -> Derivative:
         """A curve at a number: its derivatives are steps of their own."""
@@ -417,79 +409,8 @@ class Differentiated:
         if len(places) == 2:
             raise NotSmooth("table of two variables")
         following = {"law": "law rate", "law rate": "law acceleration"}[name]
-        return self.steps.read(following, n, places[0]) * _existing(rates[0])
-
-    def _inner(self, name: str, a: Recorded, g: Recorded) -> Recorded:
-        """g′(a) of a function of one number, whose value is g."""
-        steps = self.steps
-
-        def one(value: float) -> Recorded:
-            return steps.number(value)
-
-        if name == "negative":
-            return one(-1.0)
-        if name == "sin":
-            return steps.operation("cos", a)
-        if name == "cos":
-            return steps.operation("negative", steps.operation("sin", a))
-        if name == "tan":
-            return one(1.0) + g * g
-        if name == "exp":
-            return g
-        if name == "log":
-            return one(1.0) / a
-        if name == "sqrt":
-            return one(0.5) / g
-        if name == "abs":
-            # a rate at a corner is that to the right
-            return one(2.0) * steps.operation("step", a) - one(1.0)
-        if name == "atan":
-            return one(1.0) / (one(1.0) + a * a)
-        root = steps.operation("sqrt", (one(1.0) - a) * (one(1.0) + a))
-        return one(1.0 if name == "asin" else -1.0) / root
-
-    def _of_two(
-        self, name: str, g: Recorded, a: Recorded, b: Recorded, da: Derivative, db: Derivative
-    ) -> Derivative:
-        """The derivative of g(a, b)."""
-        steps = self.steps
-        if name == "+":
-            return _sum(da, db)
-        if name == "-":
-            return _sum(da, _product(db, steps.number(-1.0)))
-        if name == "*":
-            return _sum(_product(da, b), _product(db, a))
-        if name == "/":
-            top = _sum(da, _product(db, steps.operation("negative", g)))
-            return _existing(top) / b
-        if name == "hypot":
-            return _existing(_sum(_product(da, a), _product(db, b))) / g
-        if name == "atan2":
-            top = _sum(_product(da, b), _product(db, steps.operation("negative", a)))
-            return _existing(top) / (a * a + b * b)
-        if name in ("min", "max"):
-            first = steps.operation("step", b - a if name == "min" else a - b)
-            complement = steps.number(1.0) - first
-            return _sum(_product(da, first), _product(db, complement))
-        # a ^ b
-        by_base = _product(da, b * steps.operation("^", a, b - steps.number(1.0)))
-        return _sum(by_base, None if db is None else db * g * steps.operation("log", a))
-
-
-def _existing(one: Derivative) -> Recorded:
-    """A derivative that is known to be there."""
-    assert one is not None
-    return one
-
-
-def _sum(a: Derivative, b: Derivative) -> Derivative:
-    if a is None or b is None:
-        return b if a is None else a
-    return a + b
-
-
-def _product(a: Derivative, b: Recorded) -> Derivative:
-    return None if a is None else a * b
+        found: Derivative = self.steps.read(following, n, places[0]) * rates[0]
+        return found
 
 
 # -- variables of differentiation --------------------------------------------------------------

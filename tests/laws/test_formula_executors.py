@@ -12,9 +12,13 @@ from mbody.core.lanes import LANES, DualNumber, aligned
 from mbody.kernels.constraints import TO_SIGNAL
 from mbody.kernels.finished_instants import each_load
 from mbody.kernels.number_program import number_duals
+from mbody.laws import Expression
+from mbody.laws.kernels import ADD_CONSTANT, LOG, NEGATIVE, OPERATIONS, VARIABLE
 from mbody.quantities import Scope, Valued, evaluate, parse
+from mbody.quantities.evaluate import by_numpy
 from mbody.solution.measures import formula_value
 from mbody.solution.traced_instant import FUNCTIONS, STRICT, Recording, RowProgram, Rule
+from mbody.system.formula_steps import Differentiated, StepList, by_time, step_values
 
 ONE = ["sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "abs", "exp", "log", "sign", "step"]
 TWO = ["atan2", "hypot", "min", "max", "deadband"]
@@ -198,6 +202,32 @@ def test_dual_numbers_go_on_at_zero_as_floats_of_numpy_do(function, slope):
         found = function(DualNumber(0.0, [1.0, 0.0]))
         assert found.value == function(np.float64(0.0))
     np.testing.assert_array_equal(found.tangents, [slope, 0.0])
+
+
+@pytest.mark.parametrize("code", range(NEGATIVE, len(OPERATIONS)))
+def test_rates_by_the_table_of_slopes_are_those_of_jets(code):
+    """Of f(t), or f(t, 0.4 − t), in dual numbers and as recorded steps."""
+    t, two, name = (
+        np.random.default_rng(code).uniform(-0.95, 0.95, 200),
+        code > LOG,
+        OPERATIONS[code],
+    )
+    second = (VARIABLE, NEGATIVE, ADD_CONSTANT) if two else ()
+    law = Expression(name, (VARIABLE, *second, code), (0.4,) if two else ())
+    wanted = law.raw(t)[:, 1]
+    known = np.isfinite(wanted)
+    assert known.sum() > 20
+
+    def applied(number):
+        return by_numpy(name, *((number, 0.4 - number) if two else (number,)))
+
+    with np.errstate(all="ignore"):
+        dual = applied(DualNumber(t, np.ones((t.size, 1)))).tangents[:, 0]
+    steps = StepList()
+    rate = Differentiated(steps, by_time(lambda _: None)).of(applied(steps.read("time")))
+    (recorded,) = step_values(steps, [(rate or steps.number(0.0)).place], lambda _: t, t.shape)
+    for found in (dual, recorded):
+        np.testing.assert_allclose(found[known], wanted[known], rtol=1e-12, atol=1e-13)
 
 
 def test_a_step_of_no_number_is_none():
