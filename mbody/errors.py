@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
-from typing import Any
+from contextvars import ContextVar, copy_context
+from functools import partial
+from typing import Any, NoReturn
 
 __all__ = [
     "ModelError", "ModelWarning", "SolveError", "angle_text", "at_the_command", "brief", "remedy",
@@ -63,10 +64,46 @@ class SolveError(RuntimeError):
     loops do not close at t = 0 s: the smallest None
     """
 
-    def __init__(self, message: str, element: str | None = None, solution: Any = None) -> None:
+    element: str | None
+
+    def __init__(
+        self,
+        message: str | Callable[[], NoReturn],
+        element: str | None = None,
+        solution: Any = None,
+    ) -> None:
         super().__init__(message)
-        self.element = element
         self.solution = solution
+        if isinstance(message, str):
+            self.element = element
+        else:  # it raises the error whose sentence this one says, once that is read
+            self._explain = partial(copy_context().run, message)
+
+    def _read(self) -> None:
+        explain = vars(self).get("_explain")
+        if explain is not None:
+            try:
+                explain()
+            except SolveError as error:
+                self.args, self.element = error.args, error.element
+            del self._explain
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in ("args", "element"):
+            self._read()
+        return super().__getattribute__(name)
+
+    def __str__(self) -> str:
+        self._read()
+        return super().__str__()
+
+    def __repr__(self) -> str:
+        self._read()
+        return super().__repr__()
+
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        self._read()
+        return super().__reduce__()
 
 
 class ModelWarning(UserWarning):

@@ -22,6 +22,7 @@ from mbody.solution.histories import (
     DesignReport,
     Reaction,
     Result,
+    failed_designs,
     motion_at,
     motion_rows,
     one_design,
@@ -259,7 +260,7 @@ def checks(solution: Result) -> Checks:
     from mbody.kernels.finished_instants import CONSTRAINT, FLOW, POWER
 
     if solution.record.batch:
-        failed = solution.failures
+        failed = failed_designs(solution.reports)
         every = range(solution.record.count)
         each = [checks(solution.design(n)) for n in every if n not in failed]
         residual = [(one.constraint, one.equilibrium, one.virtual_work) for one in each]
@@ -452,7 +453,10 @@ def certificate_of(solution: Result) -> Certificate:
     if solution.record.batch:
         reports = solution.reports or (DesignReport(),) * solution.record.count
         each = [_design_certificate(solution, one, n) for n, one in enumerate(reports)]
-        own = [[note for note in notes if note not in described] for _, notes in each]
+        own = [
+            one if isinstance(one, Exception) else [said for said in notes if said not in described]
+            for one, (_, notes) in zip(reports, each, strict=True)
+        ]
         every = (*said.notes, *described, *joined_notes(own))
         doubts = joined_doubts([one for one, _ in each])
         return Certificate(status_of(said.status, doubts), doubts, tuple(dict.fromkeys(every)))
@@ -471,9 +475,9 @@ def certificate_of(solution: Result) -> Certificate:
 def _design_certificate(
     solution: Result, said: Any, design: int
 ) -> tuple[tuple[Doubt, ...], tuple[str, ...]]:
-    """Doubts and notes of a design of a batch; of one that failed its sentence."""
+    """Doubts and notes of a design of a batch; of one that failed none."""
     if isinstance(said, Exception):
-        return (), (str(said),)
+        return (), ()
     if isinstance(said, DesignReport) and not solution.system.measures_forces:
         return _own_certificate(solution, said, design)
     own = solution.design(design)

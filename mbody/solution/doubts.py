@@ -106,16 +106,19 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
 NAMED = 8
 
 
-def joined_notes(each: Sequence[Iterable[str]]) -> list[str]:
+def joined_notes(each: Sequence[Iterable[str] | Exception]) -> list[str]:
     """The sentences of all designs of a batch, each once, with the designs that it is of; what all
-    say is said as of one.
+    say is said as of one. Of those that failed, of which errors are given, that of the first.
 
     >>> joined_notes([["it rests"], ["it rests", "it jams"]])
     ['it rests', 'design 1: it jams']
     """
     found: dict[str, list[int]] = {}
+    failed = [n for n, notes in enumerate(each) if isinstance(notes, Exception)]
+    why = f"failed, as design {failed[0]}: " if failed[1:] else ""
+    why += str(each[failed[0]]) if failed else ""
     for n, notes in enumerate(each):
-        for note in dict.fromkeys(notes):
+        for note in dict.fromkeys([why] if isinstance(notes, Exception) else notes):
             found.setdefault(note, []).append(n)
     return [f"{_which(designs, len(each))}{note}" for note, designs in found.items()]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeAlias, TypeVar
@@ -589,6 +589,11 @@ class DesignReport(NamedTuple):
     branch: Any = None  # a BranchDistance, or a `BranchPlace`, where one is found when it is asked
     modes: Mapping[str, Any] = MappingProxyType({})
     shared: SharedResult | None = None
+
+
+def failed_designs(reports: Sequence[Any]) -> list[int]:
+    """Numbers of the designs of a batch that failed: of which there are errors for reports."""
+    return [n for n, one in enumerate(reports) if isinstance(one, Exception)]
 
 
 class Certified(Generic[T]):

@@ -17,7 +17,7 @@ from mbody.model.element import AuxiliaryState
 from mbody.model.model_notes import moving_points
 from mbody.model.simulation import Measure, in_time, mean_weights, outermost
 from mbody.quantities.output_units import OutputUnits
-from mbody.solution.histories import reported_states
+from mbody.solution.histories import failed_designs, reported_states
 from mbody.solution.measures import as_shown, found_by, measured, shown_measure
 from mbody.solution.result_table import shown_table
 from mbody.summaries.text_table import (
@@ -609,7 +609,11 @@ class _Summary:
         parts.append(measures(self.solution))
         lines = heading(self.solution, self._when())
         if self.batch:
-            which = "the designs that did not fail" if self.solution.failures else "all designs"
+            which = (
+                "the designs that did not fail"
+                if failed_designs(self.solution.reports)
+                else "all designs"
+            )
             lines += paragraph(f"peaks and ranges over {which}; run.design(n) is one of them")
         for part in parts:
             lines += ["", *part] if part else []

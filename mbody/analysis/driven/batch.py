@@ -340,7 +340,8 @@ def _beside(
     if own is not None and closed is not None and is_own(closed):
         return one, own
     try:
-        near = one.closed(pose)
+        # the other starts are those from which its guesses led nowhere
+        near = one.closed(pose) if own is not None else one.closed(pose, attempts=1)
     except SolveError:
         if own is None:
             raise why[0] from None
@@ -395,7 +396,7 @@ def joined(
         record=record,
         given=None if grid.mode == BY_TIME else grid.given,
         notes=notes,
-        status=partial_ending("failed", failures.sentences, len(reports)),
+        status=partial_ending("failed", failures, len(reports)),
         shared=forces_of_designs([one and one.shared for one in reports], len(grid.s)),
         reports=tuple(one or failures[n] for n, one in enumerate(reports)),
         **common_fields([*sound, DesignReport(branch=branch)]),

@@ -14,7 +14,12 @@ import numpy as np
 
 from mbody.analysis.driven.path_following import PathEnded, Runner, through_change_points
 from mbody.analysis.driven.time_grid import DriverValues, TimeGrid, by_time, check_timed, time_grid
-from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
+from mbody.analysis.position.assembly_analysis import (
+    ATTEMPTS,
+    as_system,
+    check_determined,
+    closed,
+)
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, ModelWarning, SolveError, angle_text, brief
@@ -149,13 +154,13 @@ class _DrivenDesign:
         """The path of the motion."""
         return Runner(self.system, self.analysis)
 
-    def closed(self, pose: np.ndarray | None) -> ClosedPosition:
+    def closed(self, pose: np.ndarray | None, attempts: int = ATTEMPTS) -> ClosedPosition:
         """The first position, from the guesses or from a pose."""
         intended = None
         if not self.guess and pose is None:
             intended = functools.partial(_as_from_start, self.runner, self.grid)
         t, first = float(self.grid.t[0]), self.grid.first(self.system)
-        return closed(self.system, t, first, self.guess, pose=pose, intended=intended)
+        return closed(self.system, t, first, self.guess, pose, intended, attempts)
 
     def followed(self, start: ClosedPosition) -> Solution:
         """The motion with its notes and doubts."""

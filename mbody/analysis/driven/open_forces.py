@@ -20,7 +20,7 @@ from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import FrictionPair, friction_pairs, pressing_forces
 from mbody.solution.doubts import doubted
-from mbody.solution.histories import Record, with_fields
+from mbody.solution.histories import Record, failed_designs, with_fields
 from mbody.solution.shared_forces import (
     BentLimit,
     ForceLimits,
@@ -362,7 +362,7 @@ def open_forces(found: Solution) -> SharedResult | None:
     each other is the same at nearly all instants.
     """
     if found.record.batch:
-        failed = found.failures
+        failed = failed_designs(found.reports)
         every = range(found.record.count)
         each = [None if n in failed else open_forces(found.design(n)) for n in every]
         return forces_of_designs(each, len(found.t))

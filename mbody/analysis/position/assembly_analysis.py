@@ -6,26 +6,29 @@ import functools
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
 from mbody.analysis.position import closed_position
-from mbody.analysis.position.closed_position import nearest_to_guesses, placed, wrapped
+from mbody.analysis.position.closed_position import (
+    SEARCHED,
+    nearest_to_guesses,
+    placed,
+    violations,
+    wrapped,
+)
 from mbody.core import tolerances as tol
 from mbody.core.callbacks import failure
-from mbody.errors import ModelError, ModelWarning, SolveError, angle_text
+from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.kernels.layout import Work
-from mbody.kernels.loop_closure import close, laws_of_time, violation
+from mbody.kernels.loop_closure import close, laws_of_time
 from mbody.model.body import Body, Guesses, as_guess
 from mbody.model.element import listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 from mbody.system.system import System, too_large
-
-if TYPE_CHECKING:
-    from mbody.system.rank import Rank
 
 # -- Users' own physics, looked at where an analysis begins: purity, and derivatives of joints -
 
@@ -273,65 +276,10 @@ def unused_points(mechanism: Mechanism) -> list[str]:
     return [name for name in names if name not in used]
 
 
-# -- Loops that cannot close: the smallest gap and its place, or a driver too many -------------
+# -- Joints that repeat each other but for a small error of lengths ----------------------------
 
-#: Rows up to which the smallest gap is looked for, and joints at which: a second or two in all.
-SEARCHED, CANDIDATES = 60, 8
 #: How far beside a position the gap is looked at again; joints that are named.
 OFFSET, NAMED = 0.1, 6
-
-
-def violations(system: System, work: Work) -> np.ndarray:
-    """Size of every row of Φ at the position in the workspace, lengths by the model length."""
-    primitive, row, is_angle = system.row_table
-    violation(system.runtime(), work)
-    phi = np.abs(work.phi[2 * system.layout.primitive_node[primitive] + row, 0])
-    return np.where(is_angle, phi, phi / system.length)
-
-
-def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoReturn:
-    """Say which loop stays open and by how much, or which driver is one too many. `start`
-    (coordinates, 1).
-    """
-    from mbody.system.rank import dense, rank_of, smallest_gap
-
-    owners = np.array([system.owners[e][0].name for e in system.row_table[0]])
-    joints = len(owners) - len(system.drivers)
-    if system.rows > SEARCHED:
-        raise _gap_met(system, work, joints, t)
-    # links in line could not fold: begin a little bent
-    bodies = system.layout.bodies
-    start = start.copy()
-    start[2 : 3 * bodies : 3, 0] += 0.1 * np.sin(1.0 + np.arange(bodies))
-    work.q[:] = start
-    _check_directions(system, work, owners)
-    phi = np.abs(smallest_gap(system, work, np.arange(len(owners)) < joints))
-    if phi[:joints].max(initial=0.0) < tol.LOOP_OPEN_FIXED:
-        _refuse_surplus(system, rank_of(dense(system, work)[1][:joints]))
-        raise _driver_beyond_links(system, work, phi[joints:], t)
-    # hold all joints but one: the gap there is what a user would measure
-    width = {joint.name: phi[owners == joint.name].max() for joint in system.mechanism.joints}
-    widest = sorted(width, key=lambda name: -width[name])[:CANDIDATES]
-    found: list[tuple[float, Any]] = []
-    for joint in (joint for joint in system.mechanism.joints if joint.name in widest):
-        own = owners == joint.name
-        work.q[:] = start
-        phi = smallest_gap(system, work, ~own)
-        if np.abs(phi[~own]).max(initial=0.0) < tol.LOOP_OPEN_FIXED:
-            found.append((float(np.linalg.norm(phi[own])) * system.length, joint))
-    if not found:
-        raise _gap_met(system, work, joints, t)
-    least = min(size for size, _ in found)
-    equal = [joint for size, joint in found if size < least * (1.0 + tol.LOOP_GAPS_TIE)]
-    # of joints with equal gaps the one between two moving bodies is named
-    joint = min(equal, key=lambda joint: "ground" in (joint.i.body, joint.j.body))
-    units = system.mechanism.units
-    raise SolveError(
-        f"loops do not close at t = {t:g} {units.time}: the smallest gap is {least:.4g} "
-        f"{units.length} at '{joint.name}' (between '{joint.i.body}' and '{joint.j.body}'): check "
-        "lengths, or give a better guess",
-        joint.name,
-    )
 
 
 def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None:
@@ -400,73 +348,6 @@ def _least(system: System, work: Work, joints: int) -> np.ndarray:
     return rows(close_rows(rows, start, zero=tol.SINGULAR_VALUE_SLIGHT).x)[0]
 
 
-def _driver_beyond_links(system: System, work: Work, off: np.ndarray, t: float) -> SolveError:
-    """The sentence for a driver that asks more than the links give; `off` (drivers,)."""
-    n = int(off.argmax())
-    driver, row = system.drivers[n], system.layout.driver_row[n]
-    angular, units = driver.angular, system.mechanism.units
-    requested, distance = float(work.signal[row, 0]), float(off[n])
-    if angular:
-        wanted, reachable = angle_text(requested), angle_text(float(f"{distance:.3g}"))
-    else:
-        wanted = f"{requested:.6g} {units.length}"
-        reachable = f"{distance * system.length:.3g} {units.length}"
-    return SolveError(
-        f"driver '{driver.name}' cannot bring '{driver.bodies[1]}' to {wanted} at t = {t:g} "
-        f"{units.time}: it comes within {reachable} where the links are stretched; check lengths "
-        "and the law",
-        driver.name,
-    )
-
-
-def _gap_met(system: System, work: Work, joints: int, t: float) -> SolveError:
-    """The sentence where the smallest gap is not looked for: the gap at which closing ended."""
-    from mbody.system.rank import dense, rank_of
-
-    if not too_large(system):
-        _refuse_surplus(system, rank_of(np.nan_to_num(dense(system, work)[1][:joints])))
-    primitive, _, is_angle = system.row_table
-    phi = system.length * violations(system, work)
-    phi = np.where(np.isfinite(phi) & ~is_angle, phi, 0.0)
-    at = system.owners[int(primitive[int(phi.argmax())])][0].name
-    units = system.mechanism.units
-    return SolveError(
-        f"loops of '{system.mechanism.name}' do not close at t = {t:g} {units.time}: the search "
-        f"ended with a gap of {phi.max():.4g} {units.length} at '{at}': check lengths, or give a "
-        "better guess",
-        at,
-    )
-
-
-def _refuse_surplus(system: System, joints: Rank) -> None:
-    """Refuse more drivers than the joints leave freedoms."""
-    names = [driver.name for driver in system.drivers]
-    if joints.free < len(names):
-        more, freedom = "s"[: len(names) - 1], "degree" if joints.free == 1 else "degrees"
-        raise SolveError(
-            f"{len(names)} driver{more} ({listed(names)}) for {joints.free} {freedom} of freedom "
-            f"of '{system.mechanism.name}': remove {len(names) - joints.free}",
-            names[-1],
-        )
-
-
-def _check_directions(system: System, work: Work, owners: np.ndarray) -> None:
-    """Refuse a first position at which a distance is measured between two places that coincide."""
-    from mbody.system.rank import dense
-
-    G = dense(system, work)[1]
-    bad = np.flatnonzero(~np.isfinite(G).all(axis=1))
-    if bad.size:
-        element: Any = system.mechanism[str(owners[bad[0]])]
-        bodies = [f"'{marker.body}'" for marker in element.places().values()]
-        raise SolveError(
-            f"'{element.name}' has no direction to begin with: two ends of it, on "
-            f"{' and '.join(dict.fromkeys(bodies))}, are guessed to be at one place; give a guess "
-            "for the bodies",
-            element.name,
-        )
-
-
 #: Starts that are tried, the guess first, before loops are said not to close.
 ATTEMPTS = 60
 #: Points that a sentence names.
@@ -520,15 +401,16 @@ def closed(
     guess: Guesses | None = None,
     pose: np.ndarray | None = None,
     intended: Callable[[closed_position.ClosedPosition], bool] | None = None,
+    attempts: int = ATTEMPTS,
 ) -> closed_position.ClosedPosition:
     """Close the loops of one design at time t, given driver values winning over laws; from `pose`
     (coordinates,) if there is one, else from the guesses. Where these lie on another branch than
     the position found, `meant` may say that this one is meant all the same.
 
     Bodies without a guess take the angles at which those with one are nearest to theirs; where
-    these do not decide, a note says so. Where the guess leads nowhere, other starts are tried,
-    always the same ones: bodies without a guess at any angle, guessed ones ever further from their
-    guess.
+    these do not decide, a note says so. Where the guess leads nowhere, other starts are tried, so
+    many `attempts` in all, always the same ones: bodies without a guess at any angle, guessed ones
+    ever further from their guess.
     """
     if guess is not None and not isinstance(guess, Mapping):
         raise ModelError(f'guess must be a dict such as {{"coupler": 0.3}}, not {guess!r}')
@@ -543,7 +425,7 @@ def closed(
     first = _guessed(system, guess, values) if pose is None else pose
     check_own(system, t, first)
     start = first[:, None].copy()
-    for attempt in range(ATTEMPTS):
+    for attempt in range(attempts):
         result = _from(system, work, start)
         if not attempt and result is None:
             near = drawn_together(system, work, first)
@@ -557,7 +439,10 @@ def closed(
         shaken = np.random.default_rng(attempt)
         start = _guessed(system, guess, values, shaken)[:, None]
     else:
-        explain_gap(system, work, first[:, None], t)
+        from mbody.analysis.position.open_loops import explain_gap
+
+        # the smallest gap takes longer than all starts, and of many designs most are never read
+        raise SolveError(lambda: explain_gap(system, work, first[:, None], t))
     if pose is not None:
         check_fit(system, work.q[:, 0])
         return result

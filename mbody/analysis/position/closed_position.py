@@ -13,7 +13,7 @@ import numpy as np
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
-from mbody.kernels.loop_closure import close_designs
+from mbody.kernels.loop_closure import close_designs, violation
 from mbody.model.body import Body, Guess, Guesses, as_guess
 from mbody.model.driver import Constraint, TurnRow
 from mbody.model.element import Element, Marker, Numbers
@@ -23,6 +23,18 @@ from mbody.system.system import System
 
 if TYPE_CHECKING:
     from mbody.system.rank import Rank
+
+
+#: Rows up to which the smallest gap of loops is looked for: a second or two in all.
+SEARCHED = 60
+
+
+def violations(system: System, work: Work) -> np.ndarray:
+    """Size of every row of Φ at the position in the workspace, lengths by the model length."""
+    primitive, row, is_angle = system.row_table
+    violation(system.runtime(), work)
+    phi = np.abs(work.phi[2 * system.layout.primitive_node[primitive] + row, 0])
+    return np.where(is_angle, phi, phi / system.length)
 
 
 # -- A first pose of every body: what a rough guess leaves out, neighbours and drivers fill in -

@@ -18,7 +18,7 @@ from mbody.solution.doubts import (
     status_of,
 )
 from mbody.solution.energy import PLAIN, Energy
-from mbody.solution.histories import BranchDistance, Record
+from mbody.solution.histories import BranchDistance, Record, failed_designs
 from mbody.solution.shared_forces import forces_of_designs
 from mbody.solution.solution import Solution
 from mbody.solution.stepped_contacts import SteppedContacts
@@ -47,8 +47,8 @@ def joined_ending(endings: Sequence[str]) -> str:
     return "completed"
 
 
-def partial_ending(word: str, sentences: Mapping[int, str], count: int) -> str:
-    """How a batch of so many designs ended, some of which did as these sentences say.
+def partial_ending(word: str, sentences: Mapping[int, object], count: int) -> str:
+    """How a batch of so many designs ended, some of which did as these sentences or errors say.
 
     >>> partial_ending("failed", {2: "loops do not close", 3: "dead centre"}, 9)
     'failed: 2 of 9 designs, as design 2: loops do not close'
@@ -63,7 +63,7 @@ def partial_ending(word: str, sentences: Mapping[int, str], count: int) -> str:
 
 def sound_designs(solution: Any) -> list[Any]:
     """The designs of a batch that did not fail."""
-    failed = solution.failures
+    failed = failed_designs(solution.reports)
     return [solution.design(n) for n in range(solution.record.count) if n not in failed]
 
 
@@ -95,8 +95,8 @@ class DesignFailures(dict[int, ModelError | SolveError]):
         """Raise the error of the first where all of so many designs failed."""
         if len(self) < count:
             return
-        error, said = self[0], set(self.sentences.values())
-        if len(said) > 1 or count == 1:
+        error = self[0]
+        if count == 1 or any(str(other) != str(error) for other in self.values()):
             error.args = (f"design 0 of the batch: {error}", *error.args[1:])
         raise error
 
@@ -210,10 +210,8 @@ def _joined(system: System, found: Sequence[Any], failures: DesignFailures) -> A
     if any(isinstance(one, Solution) for one in found):
         return solution_of_designs(system, found)
     doubts = joined_doubts([getattr(one, "doubts", ()) for one in found])
-    notes = [
-        (str(one),) if n in failures else getattr(one, "notes", ()) for n, one in enumerate(found)
-    ]
-    ending = partial_ending("failed", failures.sentences, len(found))
+    notes = [one if n in failures else getattr(one, "notes", ()) for n, one in enumerate(found)]
+    ending = partial_ending("failed", failures, len(found))
     return DesignResults(
         system,
         tuple(found),
@@ -241,6 +239,7 @@ def solution_of_designs(system: System, found: Sequence[Any]) -> Solution:
     asked = [begun.request.times for one in each for begun in one.initial_states]
     t = np.unique(np.concatenate(asked or [one.t for one in each]))
     places = [_Places(one, t) for one in each]
+    failed = {n: one for n, one in enumerate(found) if isinstance(one, Exception)}
     endings = [one.ending for one in each]
     ended: list[tuple[str, ...]] = [(end,) if end.startswith("ended:") else () for end in endings]
     steps = [one.stepped for one in each]
@@ -251,7 +250,7 @@ def solution_of_designs(system: System, found: Sequence[Any]) -> Solution:
         record=Record([place.block(system.record_rows) for place in places], count, batch=True),
         given=first.given,
         notes=tuple(joined_notes(ended)),
-        status=joined_ending(endings),
+        status=partial_ending("failed", failed, count) if failed else joined_ending(endings),
         stats=_sums([one.stats or {} for one in each]),
         energy=_energies(places),
         events=tuple(
@@ -290,7 +289,7 @@ def common_fields(each: Sequence[Any]) -> dict[str, Any]:
 def _nothing(system: System, like: Solution, error: Exception | None) -> Solution:
     """A design that failed, or was not begun (None): it has no instants."""
     record = Record([np.zeros((0, system.record_rows, 1))], 0, batch=False)
-    status = NOT_BEGUN if error is None else f"failed: {error}"
+    status = NOT_BEGUN if error is None else "failed"
     return Solution(system, like.analysis, np.zeros(0), record, None, status=status)
 
 
