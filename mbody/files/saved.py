@@ -34,7 +34,14 @@ from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import KINDS, as_doubt
 from mbody.solution.energy import Energy
 from mbody.solution.histories import BranchDistance, EventRecord, Record
-from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution, as_solution
+from mbody.solution.solution import (
+    ActiveSet,
+    IntegrationSettings,
+    ModalState,
+    Restart,
+    Solution,
+    as_solution,
+)
 from mbody.solution.stepped_contacts import SteppedContacts
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
@@ -324,16 +331,7 @@ def closed_places(found: Any) -> dict[str, tuple[tuple[int, ...], tuple[float, .
 
 def modal_state(found: Any) -> ModalState:
     """The modes that a motion goes on with; refuses what is of another kind."""
-    names = {part.name for part in fields(ModalState)}
-    want(isinstance(found, dict) and found.keys() == names, "'modal' has other parts")
-    parts: dict[str, Any] = {}
-    for name, kinds in MODAL.items():
-        rows = found[name]
-        if len(kinds) == 1 and isinstance(rows, list):
-            rows = [[row] for row in rows]
-        sound = isinstance(rows, list) and all(_row(row, kinds) for row in rows)
-        want(sound, f"'modal.{name}' is of another kind")
-        parts[name] = tuple(row[0] if len(kinds) == 1 else tuple(row) for row in rows)
+    parts = _modal_parts(found, ModalState)
     for name in ("groups", "shared"):
         rows = found[name]
         sound = isinstance(rows, list) and all(
@@ -341,7 +339,22 @@ def modal_state(found: Any) -> ModalState:
         )
         want(sound and (name == "shared" or all(rows)), f"'modal.{name}' is of another kind")
         parts[name] = tuple(map(tuple, rows))
-    return ModalState(**parts)
+    return ModalState(**parts, end=ActiveSet(**_modal_parts(found["end"], ActiveSet)))
+
+
+def _modal_parts(found: Any, kind: type) -> dict[str, Any]:
+    """The parts that are rows of words and numbers."""
+    names = {part.name for part in fields(kind)}
+    want(isinstance(found, dict) and found.keys() == names, "'modal' has other parts")
+    parts: dict[str, Any] = {}
+    for name in names & MODAL.keys():
+        kinds, rows = MODAL[name], found[name]
+        if len(kinds) == 1 and isinstance(rows, list):
+            rows = [[row] for row in rows]
+        sound = isinstance(rows, list) and all(_row(row, kinds) for row in rows)
+        want(sound, f"'modal.{name}' is of another kind")
+        parts[name] = tuple(row[0] if len(kinds) == 1 else tuple(row) for row in rows)
+    return parts
 
 
 def _row(row: Any, kinds: tuple[Any, ...]) -> bool:

@@ -300,8 +300,9 @@ def rates_at(solution: Result, design: int = 0, instants: Array | None = None) -
 
 def sticking_pairs(solution: Result) -> Array:
     """Which pairs do not slide, and may hold by friction, at which instants: (instants, pairs) of
-    bool, or (designs, instants, pairs). The force of a pair at rest is none but its damping: where
-    no force is small all slide, and no rate is looked at.
+    bool, or (designs, instants, pairs). The force of a pair at rest is none but its damping, and of
+    closed contacts and ropes what keeps them pressing: where no force is small all slide, and no
+    rate is looked at.
     """
     system = solution.system
     pairs = friction_pairs(system)
@@ -320,6 +321,9 @@ def sticking_pairs(solution: Result) -> Array:
             at_rest[..., n] = ~(
                 force > CONTACT_FORCE_AT_REST * np.fmax.reduce(force, axis=-1, keepdims=True)
             )
+    machine = system.mechanism
+    if any(one.closed for one in machine.contacts) or machine.couplings:
+        at_rest = np.broadcast_to(np.array(holds, dtype=bool), shape)
     if at_rest is None:
         return found
     every, sticking = (one if solution.record.batch else one[None] for one in (at_rest, found))

@@ -84,12 +84,25 @@ class IntegrationSettings:
 
 
 @dataclass(frozen=True)
-class ModalState:
-    """Contact modes from which a motion continues, in numbers and words that a file can have.
+class ActiveSet:
+    """Contact modes of an instant, in numbers and words that a file can have.
 
     `modes`, `pairs`: Of the contact points and of the frictional joints.
     `on`, `anchor`: Of the rows of the active set, whether they are and where sticking began.
     `phases`: Of the rows along contact points of two circles.
+    """
+
+    modes: tuple[str, ...]
+    pairs: tuple[str, ...]
+    on: tuple[float, ...]
+    anchor: tuple[float, ...]
+    phases: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class ModalState(ActiveSet):
+    """Contact modes from which a motion continues.
+
     `groups`: Contact points that stick by the row of the first of them.
     `shared`: Contact points, and frictional joints after these, whose friction no equation decides;
       contact points whose normal force none does.
@@ -98,13 +111,9 @@ class ModalState:
     `struck` (int, float): When contact points were struck last.
     `page`: What is kept of that instant, with which guards begin.
     `lost`: Energy that impacts took since the last instant of the result (before it: negative).
+    `end`: The modes of the last instant of the result, at which the motion goes on.
     """
 
-    modes: tuple[str, ...]
-    pairs: tuple[str, ...]
-    on: tuple[float, ...]
-    anchor: tuple[float, ...]
-    phases: tuple[float, ...]
     groups: tuple[tuple[int, ...], ...]
     shared: tuple[tuple[int, ...], ...]
     closed: tuple[int, ...]
@@ -113,6 +122,7 @@ class ModalState:
     struck: tuple[tuple[int, float], ...]
     page: tuple[float, ...]
     lost: tuple[float, ...]
+    end: ActiveSet
 
 
 @dataclass(frozen=True, eq=False)

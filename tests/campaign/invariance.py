@@ -37,6 +37,8 @@ __all__ = ["CHANGES", "UNITS", "examine_invariance"]
 Array = Any
 #: Accuracy that is asked of motions, and by how many times of it two may differ before impacts.
 RTOL, TIMES = 1e-9, 100.0
+#: How far from the end of a motion the next may begin: rounding of loops that are closed again.
+RESTARTED = 1e-12
 #: To which steps with impulses find these.
 IMPULSES = 1e-8
 #: An impact may magnify a difference so many times; after so many of them only effects compare.
@@ -168,18 +170,26 @@ def of_restart(seed: int) -> Finding:
         told.append(f"{type(error).__name__}: {error}")
     if told or any(run.status != "completed" for run in runs):
         return Finding("restart", 1, refused=1, told=(told or [runs[0].status])[0], model=model)
+    before = runs[1]
     try:
-        runs[1] = mbody.simulate(model, scene.until, start=runs[1], rtol=RTOL, instants=2)
+        runs[1] = mbody.simulate(model, scene.until, start=before, rtol=RTOL, instants=2)
     except (mbody.ModelError, mbody.SolveError) as error:
         told.append(f"its own end is refused: {error}")
         return Finding("restart", 1, silent=1, told=told[0], model=model)
     names, same = list(scene.parts), Change(lambda s: s)
+    end, begin = (
+        [x[..., k : k + 1 or None] for x in states(run, names, same)]
+        for run, k in ((before, -1), (runs[1], 0))
+    )
     ours, theirs = ([x[..., -1:] for x in states(run, names, same)] for run in runs)
     off = most(scene, ours, theirs)
     impacts = sum(event.after is not None for event in runs[0].events)
     wrong = off > 0.1 * TIMES * RTOL * MAGNIFIED ** min(impacts, 2 * COUNTED)
-    more = set(runs[1].notes) - set(runs[0].notes)
+    more = set(runs[1].notes) - {*runs[0].notes, *before.notes}
     told = [f"goes on otherwise by {off:.2g} after {impacts} impacts"] if wrong else []
+    jump = most(scene, end, begin)
+    modes = {name for name, words in runs[1].modes.items() if words[0] != before.modes[name][-1]}
+    told += [f"begins elsewhere, by {jump:.2g}, {modes}"] if jump > RESTARTED or modes else []
     told += [f"notes {more}"] if more else []
     return Finding("restart", 1, silent=int(bool(told)), told="; ".join(told), model=model)
 

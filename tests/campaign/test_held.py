@@ -87,3 +87,18 @@ def test_all_kinds_are_drawn():
 def test_a_ladder_near_jamming_presses_though_pulling_balances_too(seed):
     found = examine_held(seed)
     assert not (found.silent or found.doubted or found.refused), found.told
+
+
+@pytest.mark.parametrize("seed", [4810059, 4810213])
+def test_friction_of_what_rests_lets_a_stack_that_slides_press(seed, tmp_path):
+    # the least forces pull at a corner; admissible ones press, whose friction is by N
+    found = examine_held(seed)
+    assert not (found.silent or found.doubted or found.refused), found.told
+    scene, hands = random_held(seed)
+    run = mbody.kinetostatics(held(scene, hands, "stack"), t=[0.0])
+    mbody.save_run(run, tmp_path / "run.npz")
+    for one in (run, mbody.load_run(tmp_path / "run.npz")):
+        assert one.mode("b c") == ["stick"]
+        assert (one.unique_effort("hand a"), one.unique_effort("hand b")) == (True, False)
+    kept = mbody.load_run(tmp_path / "run.npz").range("hand b")
+    assert_allclose([kept.low, kept.high], [run.range("hand b").low, run.range("hand b").high])

@@ -506,7 +506,7 @@ def _sticking(found: Solution) -> list[str]:
     if found.analysis == "statics":
         bands = (
             "friction holds at rest: efforts and reactions lie in bands, of which those without "
-            "friction are given; run.range gives the bands"
+            f"friction are given{_unless_pulls(found)}; run.range gives the bands"
         )
         return [bands, *_self_locking(found)]
     unit, at_once = found.mechanism.units.time, dict[bytes, list[str]]()
@@ -522,9 +522,17 @@ def _sticking(found: Solution) -> list[str]:
         verb, its = ("rests", "its") if len(names) == 1 else ("rest", "their")
         notes.append(
             f"{listed(names, LISTED)} {verb} {where}: {its} friction there is any up to its "
-            "limit, and forces are given without it; run.range gives the limits of forces"
+            f"limit, and forces are given without it{_unless_pulls(found)}; run.range gives the "
+            "limits of forces"
         )
     return notes
+
+
+def _unless_pulls(found: Solution) -> str:
+    """Where forces are given with friction of what rests."""
+    machine = found.mechanism
+    sided = any(one.closed for one in machine.contacts) or machine.couplings
+    return ", but where a contact had to pull or a rope to push then" if sided else ""
 
 
 def _self_locking(found: Solution) -> list[str]:

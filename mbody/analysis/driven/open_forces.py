@@ -167,20 +167,34 @@ class DrivenForces:
         rows, alike = slice(self.count), np.ones((len(self.columns), 1))
         alike[2::3] = 1.0 / self.system.length
         forces = self.forces.copy()
-        load = self.columns[:, rows] @ forces[rows] * alike[:, 0]
+        load = (self.columns @ forces) * alike[:, 0]
+        held = (self.columns[:, self.count :] @ forces[self.count :]) * alike[:, 0]
         for _ in range(PASSES):
             other = DrivenForces(solution, instant, forces)
             columns = other.columns[:, rows] * alike
             scale = 1.0 / np.maximum(np.abs(columns).max(axis=0), tol.TINY)
-            own = np.linalg.lstsq(columns * scale, load, rcond=None)[0]
+            own = np.linalg.lstsq(columns * scale, load - held, rcond=None)[0]
             moved = np.abs(own - forces[rows] / scale).max()
             forces[rows] = other.forces[rows] = scale * own
             if moved <= tol.CONTACT_FORCE_SETTLED * np.abs(own).max():
                 break
-        left = np.abs(columns @ forces[rows] - load).max() / max(np.abs(own).max(), tol.TINY)
-        pressing = self._pulling(forces)
+        if not other.balances(forces, load, alike):
+            return None
+        # of redundant rows those that press best
+        best = other.admissible()[0]
+        if (best != other.forces).any():
+            other = DrivenForces(solution, instant, best)
+            other.forces = best
+            if not other.balances(best, load, alike):
+                return None
+        pressing = self._pulling(best)
         pulls = pressing.min() < -tol.FORCES_ADMISSIBLE * np.abs(pressing).max()
-        return None if left > tol.FORCES_ADMISSIBLE or pulls else other
+        return None if pulls else other
+
+    def balances(self, forces: Array, load: Array, alike: Array) -> bool:
+        """Whether forces carry a load, both in like units; friction is linear in them."""
+        left = np.abs((self.columns @ forces) * alike[:, 0] - load).max()
+        return bool(left <= tol.FORCES_ADMISSIBLE * max(np.abs(forces).max(), tol.TINY))
 
     def of_rows(self) -> Array:
         """Multipliers of all primitives, (primitives, 2)."""

@@ -67,7 +67,7 @@ from mbody.model.simulation import Event
 from mbody.solution.histories import EventRecord
 from mbody.solution.measures import measured
 from mbody.solution.shared_forces import ForceSet
-from mbody.solution.solution import ModalState
+from mbody.solution.solution import ActiveSet, ModalState
 
 Array = np.ndarray
 
@@ -558,7 +558,7 @@ class ActiveModes:
         return work.on, work.pad, work.regularization_weight, work.anchor, work.slip_sign, work.par
 
     def modal_state(self) -> ModalState:
-        """The modes of a restart."""
+        """The modes of a restart that ends at this instant."""
         M, G, struck = self.memory.modes, self.guard_table, self.memory.impact.struck
         shared = (np.flatnonzero(one).tolist() for one in (G.open_tangent, G.open_normal))
         fresh = dict(zip(self.guards, G.fresh.tolist(), strict=False))
@@ -568,12 +568,9 @@ class ActiveModes:
                 group = groups.setdefault(leader, [leader])
                 if k != leader:
                     group.append(k)
+        present = self.active_set()
         return ModalState(
-            modes=tuple(self.modes),
-            pairs=tuple(self.pairs),
-            on=tuple(self.on.tolist()),
-            anchor=tuple(self.work.anchor[: len(self.on), 0].tolist()),
-            phases=tuple(float(self.work.par[row, 0]) for row in self.uni.phase_rows),
+            **vars(present),
             groups=tuple(map(tuple, groups.values())),
             shared=tuple(map(tuple, shared)),
             closed=tuple(np.flatnonzero(M.closed).tolist()),
@@ -582,20 +579,35 @@ class ActiveModes:
             struck=tuple((k, when) for k, when in enumerate(struck.tolist()) if when > -np.inf),
             page=tuple(self.initial_states[:, 0].tolist()),
             lost=tuple(self.log.lost.tolist()),
+            end=present,
         )
+
+    def active_set(self) -> ActiveSet:
+        """The present modes."""
+        return ActiveSet(
+            modes=tuple(self.modes),
+            pairs=tuple(self.pairs),
+            on=tuple(self.on.tolist()),
+            anchor=tuple(self.work.anchor[: len(self.on), 0].tolist()),
+            phases=tuple(float(self.work.par[row, 0]) for row in self.uni.phase_rows),
+        )
+
+    def set_modes(self, found: ActiveSet) -> None:
+        """Set modes, with nothing else that a motion in them remembers."""
+        self.memory.forget()
+        self.memory.modes.mode[:] = [MODES.index(one) for one in (*found.modes, *found.pairs)]
+        set_active_set(self.uni, self.work, found)
+        self.eliminate_rows_that_are_on()
 
     def resume(self, found: ModalState) -> None:
         """Set the modes of a restart, but the guards."""
         M, G = self.memory.modes, self.guard_table
-        self.memory.forget()
-        M.mode[:] = [MODES.index(one) for one in (*found.modes, *found.pairs)]
+        self.set_modes(found)
         for group in found.groups:
             M.leader[list(group)] = group[0]
         M.closed[list(found.closed)] = M.beyond[list(found.beyond)] = 1
         for k, when in found.struck:
             self.memory.impact.struck[k] = when
-        set_active_set(self.uni, self.work, found)
-        self.eliminate_rows_that_are_on()
         for table, owners in zip((G.open_tangent, G.open_normal), found.shared, strict=False):
             table[list(owners)] = 1
 

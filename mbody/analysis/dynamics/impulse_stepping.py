@@ -542,10 +542,9 @@ class ImpulseIntegration(Integration):
 
     # -- the motion ---------------------------------------------------------------------------
 
-    def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+    def _integrate(self, progress: Callable[[float], None] | None) -> tuple[int, str]:
         """The whole motion, its instants kept: the last code, and the status."""
-        M = self.impulses
-        self.times = times
+        M, times = self.impulses, self.wanted
         if self.first >= self.until:
             return self._beginning(times), "completed"
         code = KEEP
@@ -624,8 +623,8 @@ class ImpulseIntegration(Integration):
         now, h = float(M.state[NOW]), float(M.state[LENGTH])
         if not M.state[STEPS_DONE]:
             return
-        while len(self.instants) < len(self.times):
-            t = float(self.times[len(self.instants)])
+        while len(self.instants) < len(self.wanted):
+            t = float(self.wanted[len(self.instants)])
             if t > now + tol.TIMES_SAME_SAMPLE * M.length:
                 return
             self._keep(min(t, now), t, h)

@@ -273,6 +273,7 @@ class Integration:
         held inputs and controllers as the motion before left them.
         """
         self.begin(first, q, v, float(times[-1]))
+        self.wanted, self.kept = times, []
         code, status = MORE, "completed"
         if carried is not None:
             self.interruptions.restore(*carried)
@@ -282,7 +283,7 @@ class Integration:
             if restart is None and self.interruptions.any:
                 self._interrupt(first)
             self.target = min(self.until, self.interruptions.next(float(self.state[TIME])))
-            code, status = self._integrate(times, progress)
+            code, status = self._integrate(progress)
         except KeyboardInterrupt:
             unit = self.system.mechanism.units.time
             status = f"stopped: at t = {self.state[TIME]:.6g} {unit} by the user"
@@ -412,20 +413,24 @@ class Integration:
         raise_user_error(self.system)
         return code
 
-    def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
+    def _integrate(self, progress: Callable[[float], None] | None) -> tuple[int, str]:
         """The whole motion, its instants kept: the last code of the kernel, and the status."""
-        self.wanted, self.kept = times, []
         self.apart = (self.until - self.first) / OF_ALL
         if self.resumed is None and self.active is not None and (status := self.active.begin()):
             return MORE, status
-        if times[0] <= self.first:
-            self.keep(self.first, self.record, self.total)
+        if self.resumed is None:
+            self._keep_first()
         self.total += self.initial_work
         if self.resumed is not None and self.active is not None:
             self.active.log.lost[:] = self.resumed.lost
             self.record = np.array(self.resumed.page)[:, None]
         code, status = self._all_steps(progress)
         return code, status or "completed"
+
+    def _keep_first(self) -> None:
+        """Keep the first instant, where it is wanted."""
+        if self.wanted[0] <= self.first:
+            self.keep(self.first, self.record, self.total)
 
     def _all_steps(self, progress: Callable[[float], None] | None = None) -> tuple[int, str]:
         """Steps to the last time: the last code of the kernel, and the status of a motion that ends
@@ -825,9 +830,11 @@ class Integration:
         """Continue from a restart state."""
         modal, active = restart.modal, self.active
         if modal is not None and active is not None:
-            active.resume(modal)
-            # the first instant, with what is on
+            # the first instant is the last one before; steps go on from before that
+            active.set_modes(modal.end)
             self.evaluate()
+            self._keep_first()
+            active.resume(modal)
         self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
         self.interruptions.restore(restart.inputs, restart.sampled)
         record = self.record.copy()
@@ -866,7 +873,9 @@ class Integration:
         if found.modal is None:
             return None
         lost = tuple((np.array(found.modal.lost) - work_done[-1, self.causes :]).tolist())
-        return replace(found, modal=replace(found.modal, lost=lost))
+        assert self.active is not None
+        modal = replace(found.modal, lost=lost, end=self.active.active_set())
+        return replace(found, modal=modal)
 
     def snapshot(self) -> Checkpoint:
         """A copy of all that the next step depends on."""

@@ -26,7 +26,7 @@ from mbody.model.simulation import EVEN, METHODS, Event
 from mbody.solution.energy import causes
 from mbody.solution.histories import EventRecord
 from mbody.solution.shared_forces import ForceSet
-from mbody.solution.solution import ModalState, Restart, Solution
+from mbody.solution.solution import ActiveSet, ModalState, Restart, Solution
 from mbody.system.system import System
 
 Array = np.ndarray
@@ -36,7 +36,7 @@ WORDS = ("open", "stick", *SLIP_SIGNS)
 GUARDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "paradox")
 
 
-def set_active_set(uni: Unilateral, work: Work, found: ModalState) -> None:
+def set_active_set(uni: Unilateral, work: Work, found: ActiveSet) -> None:
     """Set rows, anchors, phases and slip signs of a workspace."""
     on, slip_signs = np.array(found.on), np.zeros(len(uni.layout.friction_kind))
     pairs = [one.pair if on[one.normal] else -1 for one in uni.contact_points]
@@ -60,17 +60,19 @@ def unfit_modes(system: System, found: ModalState) -> str | None:
         "on": len(uni),
         "anchor": len(uni),
         "phases": len(uni.phase_rows),
-        "page": system.record_rows,
-        "lost": len(system.mechanism.contacts),
     }
-    for name, size in sizes.items():
-        if len(getattr(found, name)) != size:
-            return f"'{name}' has not {size} parts"
-    words = all(one in WORDS for one in (*found.modes, *found.pairs))
+    more = {"page": system.record_rows, "lost": len(system.mechanism.contacts)}
+    for part, own in ((found, sizes | more), (found.end, sizes)):
+        for name, size in own.items():
+            if len(getattr(part, name)) != size:
+                return f"'{name}' has not {size} parts"
+    ends = found.end
+    words = all(one in WORDS for one in (*found.modes, *found.pairs, *ends.modes, *ends.pairs))
     kinds = all(kind in GUARDS for kind, _, _ in found.fresh)
     if not words or not kinds:
         return "it has modes that there are not"
     numbers = [*found.on, *found.anchor, *found.phases, *found.page, *found.lost]
+    numbers += [*ends.on, *ends.anchor, *ends.phases]
     numbers += [least for *_, least in found.fresh] + [when for _, when in found.struck]
     if not all(math.isfinite(one) for one in numbers):
         return "its modes have what is no finite number"
