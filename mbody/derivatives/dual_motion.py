@@ -54,7 +54,7 @@ from mbody.model.element import Numbers
 from mbody.solution.measures import evaluate_measure
 from mbody.solution.shared_forces import pressing_rows
 from mbody.solution.solution import IntegrationSettings, Solution
-from mbody.system.rank import independent_rows, joint_rows
+from mbody.system.rank import independent_rows, joint_rows, rank_of
 from mbody.system.system import System, polar_points
 
 Array = np.ndarray
@@ -627,6 +627,10 @@ class ChangeTimes:
 # A ẋ = ḃ − Ȧ x. Of numbers that may have tangents the last axis is (value, tangents …).
 
 
+class OpenImpulses(Exception):
+    """No equation decides the impulses on which friction of joints depends."""
+
+
 class ImpactDuals:
     """The impacts of one system."""
 
@@ -662,7 +666,8 @@ class ImpactDuals:
         unit = system.coordinate_units[:, None]
         G = G * unit
         kept = np.array(independent_rows(G[:, :, 0]), dtype=int)
-        sizes = self._joint_sizes(now.work, strike, shifted, kept)
+        open_ = rank_of(G[:, :, 0]).dependencies
+        sizes = self._joint_sizes(now.work, strike, shifted, kept, open_)
         G = G[kept]
         mass, place = _lanes(self.mass[:n], width), np.arange(n)
         slot = L.body_slot[place // 3]
@@ -741,29 +746,60 @@ class ImpactDuals:
         return x[:n], impulse, most
 
     def _joint_sizes(
-        self, work: Any, strike: Strike, rates: Array, kept: Array
+        self, work: Any, strike: Strike, rates: Array, kept: Array, open_: Array
     ) -> Iterator[dict[int, Array]]:
-        """Of every stage, by row, by what the size of friction in a joint follows from impulses of
-        the rows of joints that are kept: its derivatives, as it is homogeneous.
+        """Of every stage, by row that slides or is at its limit, by what the size of friction in a
+        joint follows from impulses of the rows of joints that are kept: its derivatives, as it is
+        homogeneous. Impulses may differ by `open_` (dependencies, rows): refuse a size that does.
         """
         system, width, arm = self.rows.system, rates.shape[-1] - 1, np.empty(7, dtype=object)
         L, place = system.layout, {int(row): n for n, row in enumerate(kept)}
         for stage in strike.stages:
             found = dict[int, Array]()
-            for r in np.flatnonzero((strike.pair >= 0) & stage.reaction.any(axis=1)).tolist():
+            counts = (strike.pair >= 0) & ((stage.slip != 0.0) | stage.limit)
+            for r in np.flatnonzero(counts & stage.reaction.any(axis=1)).tolist():
                 f = int(strike.pair[r])
                 work.rate[f, 0] = DualNumber(rates[r, 0], rates[r, 1:])
                 on_duals(find_arms)(L, work, f, False, arm)
                 ahead = ARMS * int(stage.slip[r] < 0.0)
-                law = L.friction_kind[f], *arm[ahead : ahead + ARMS], *stage.reaction[r]
-                by = [_lanes(one, width) for one in on_duals(law_size)(*law)[1:]]
+                law, force = (L.friction_kind[f], *arm[ahead : ahead + ARMS]), stage.reaction[r]
+                by = [_lanes(one, width) for one in on_duals(law_size)(*law, *force)[1:]]
                 found[r] = np.zeros((len(kept), 1 + width))
+                if _open_size(system, f, law, force, open_):
+                    raise OpenImpulses
                 for row, part in zip(pressing_rows(system, L.friction_node[f]), by, strict=True):
-                    if row >= 0 and row not in place:
-                        raise np.linalg.LinAlgError("reactions of redundant rows")
-                    if row >= 0:
+                    if row in place:
                         found[r][place[row]] = -system.row_units[row] * part
             yield found
+
+
+def slides_by_open_forces(system: System, work: Any, slip_signs: Array) -> bool:
+    """Whether friction of joints that slide (pairs,) follows from forces of redundant rows, which
+    no equation decides, at the position in a workspace of dual numbers.
+    """
+    L, arm = system.layout, np.empty(7, dtype=object)
+    G = joint_rows(system, work.block[:].value) * system.jacobian_units
+    open_ = rank_of(G).dependencies
+    for f in np.flatnonzero(slip_signs).tolist():
+        on_duals(find_arms)(L, work, f, False, arm)
+        law = L.friction_kind[f], *arm[:ARMS]
+        if _open_size(system, f, law, np.ones(2), open_):
+            return True
+    return False
+
+
+def _open_size(system: System, f: int, law: Sequence[Any], force: Array, open_: Array) -> bool:
+    """Whether friction pair f has another size where forces of rows that press differ from `force`
+    (2,) by their parts in what is open (dependencies, rows).
+    """
+    rows = pressing_rows(system, system.layout.friction_node[f])
+    units = np.array([system.row_units[row] if row >= 0 else 0.0 for row in rows])
+    sizes, plain, parts = list[float](), [value(one) for one in law], open_[:, rows] * (units > 0.0)
+    most = np.abs(force / np.where(units > 0.0, units, 1.0)).max()
+    for part in parts[np.abs(parts).max(axis=1) > tol.PARTICIPATION_NONE]:
+        other = most / np.abs(part).max() * part * units
+        sizes += [on_duals(law_size)(*plain, *(force + s * other))[0] for s in (-1.0, 0.0, 1.0)]
+    return bool(sizes) and bool(np.ptp(sizes) > tol.PARTICIPATION_NONE * max(sizes))
 
 
 def _rooms(limit: Array, impulse: Array, most: dict[int, Array]) -> Iterator[Array]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -24,8 +23,10 @@ from mbody.derivatives.dual_motion import (
     DualInstant,
     DualMotion,
     ImpactDuals,
+    OpenImpulses,
     Tangents,
     anchored,
+    slides_by_open_forces,
 )
 from mbody.derivatives.dual_solution import (
     DualRecord,
@@ -38,7 +39,14 @@ from mbody.derivatives.dual_solution import (
     number_tangents,
     unit_of,
 )
-from mbody.derivatives.mode_record import LostNumbers, ModeStretch, stretches_of, unfollowed_jumps
+from mbody.derivatives.mode_record import (
+    OPEN_FORCES,
+    OPEN_IMPULSES,
+    LostNumbers,
+    ModeStretch,
+    stretches_of,
+    unfollowed_jumps,
+)
 from mbody.derivatives.sampled_inputs import SampledInputs, reads_loads
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
@@ -463,6 +471,9 @@ class DualWalk:
         for room in self.times.rooms(stretch, entered, self.tangents):
             why = "whether what touches presses, or sticks, is at its limit"
             self._one_sided(room, stretch.t, why)
+        if motion.regularization and not stretch.lost:
+            open_ = slides_by_open_forces(self.system, entered.work, stretch.slip_sign)
+            self.lost.lose(open_, stretch.t, OPEN_FORCES)
         after = entered.y
         why = "what touches or sticks from there on would not, with other numbers: another order"
         if before is None:
@@ -510,11 +521,15 @@ class DualWalk:
             size = np.abs(now.y.value[own] / units).max()
             rounding = tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
             off, room = np.inf, np.zeros((0, 1))
-            with contextlib.suppress(np.linalg.LinAlgError):
+            why = "which contacts take part in the impact is not known"
+            try:
                 v, room = self.impacts.velocities(now, strike, self.tangents.resolved)
                 off = float(np.abs((strike.after - v.value) / units).max())
+            except OpenImpulses:
+                why = OPEN_IMPULSES
+            except np.linalg.LinAlgError:
+                pass
             if not off <= tol.TANGENTS_DIFFER * jump + rounding * size:
-                why = "which contacts take part in the impact is not known"
                 self.lost.lose(True, stretch.t, why)
                 break
             why = "whether contacts take part in the impact, or stick, is at its limit"

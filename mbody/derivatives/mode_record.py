@@ -55,6 +55,10 @@ from mbody.system.system import System, with_numbers_of
 
 Array = np.ndarray
 
+#: Why there is no derivative while joints slide, and after an impact.
+OPEN_FORCES = "no equation decides the forces of redundant joints on which friction depends"
+OPEN_IMPULSES = "no equation decides the impulses on which friction of joints depends"
+
 
 @dataclass(frozen=True)
 class JumpGuard:
@@ -341,8 +345,7 @@ def strike_of(active: ActiveModes, rebounds: bool) -> Strike:
         parts[kept] = -scale[kept][:, None] * taken
         by = D.by_force[:n, :, :n][joints & (slip != 0.0)]
         moves = np.abs(by @ parts) > tol.ROWS_DEPENDENT * (np.abs(by) @ np.abs(parts))
-        undecided = bool(moves.any() or (len(by) and active.motion.regularization))
-        return ImpactStage(hold, slip, limit & hold, reaction, undecided)
+        return ImpactStage(hold, slip, limit & hold, reaction, bool(moves.any()))
 
     stages = [stage(forces, shifted + delassus @ forces, np.zeros(m))]
     if expands:
@@ -470,7 +473,7 @@ class MotionRecord:
         if code in (IMPACT, COLLISION):
             self.strikes.append(strike_of(active, code == IMPACT and not rests))
             if any(one.undecided for one in self.strikes[-1].stages):
-                self.lost = "no equation decides the impulses on which friction of joints depends"
+                self.lost = OPEN_IMPULSES
         elif code == DECIDED and active.counts[FOUND] == SEVERAL:
             self.lost = "several accelerations are consistent with the friction there"
         elif code == BEGUN:

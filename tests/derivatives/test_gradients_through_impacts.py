@@ -21,6 +21,7 @@ from mbody import (
     Marker,
     Mechanism,
     Prismatic,
+    Revolute,
     SimulationSettings,
     Torque,
 )
@@ -401,3 +402,50 @@ def test_friction_in_a_pin_that_lands(law):
     steps = numbers + 1e-30j * np.eye(5)
     expected = [after(*one).imag / 1e-30 for one in steps]
     assert g.jacobian[0] == pytest.approx(expected, rel=1e-8)
+
+
+def repeated(machine, *joints, extra=()):
+    """The machine with more joints, and its start as a result, as redundant rows ask for."""
+    how = machine.simulation
+    machine.add(*extra, *joints)
+    start = mbody.simulate(machine, 1e-3, instants=2)
+    return machine, {"until": how.until, "instants": 2, "start": start}
+
+
+@pytest.mark.parametrize("which", ["guide", "wheel"])
+def test_friction_by_forces_that_redundant_rows_leave_alone(which):
+    """A guide twice, and a wheel beside it on two pins, leave the rotor's pin its impulse."""
+    up, at = math.pi / 2.0, Marker("ground", (5.0, 0.0))
+    machine = rotor(1.0, 1.0)
+    if which == "guide":
+        ends = (Marker("ground", (0.0, 0.0), up), Marker("carrier", (0.0, 0.0), up))
+        machine, how = repeated(machine, Prismatic("guide 2", *ends))
+    else:
+        wheel = Body("wheel", mass=1.0, inertia=1.0, points={"C": (0.0, 0.0)})
+        pins = [Revolute(name, at, "wheel.C") for name in ("first", "second")]
+        machine, how = repeated(machine, *pins, extra=[wheel])
+    names = ["pin.friction", "rotor.mass", "hit.restitution"]
+    check_beside_differences(machine, ["last(rotor.omega)"], names, **how)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_friction_by_forces_that_redundant_rows_share_has_none(friction, monkeypatch):
+    """Of two pins at one place, where a pendulum swings, and at an impact."""
+    twin = {"friction": friction, "pin_radius": 0.02} if friction else {}
+    swing = Mechanism("swing", ground={"O": (0.0, 0.0)})
+    swing.add(
+        Body("rod", mass=2.0, inertia=0.3, points={"O": (-0.8, 0.0)}),
+        Revolute("pin", "ground.O", "rod.O", friction=0.3, pin_radius=0.05),
+        Gravity("gravity", y=-G),
+    )
+    swing.simulation = SimulationSettings(0.2, {"rod": {"angle": 0.0, "omega": 1.0}})
+    swing, how = repeated(swing, Revolute("pin 2", "ground.O", "rod.O", **twin))
+    g = mbody.gradient(swing, "last(rod.omega)", ["rod.mass"], analysis="simulate", **how)
+    assert np.isnan(g.jacobian).all()
+    assert any("no equation decides the forces of redundant joints" in note for note in g.notes)
+    # at an impact by itself, as of a pin that did not slide before
+    monkeypatch.setattr(free_instants, "slides_by_open_forces", lambda *_: False)
+    machine, how = repeated(rotor(1.0, 1.0), Revolute("pin 2", "carrier.P", "rotor.P", **twin))
+    g = mbody.gradient(machine, "last(rotor.omega)", ["rotor.mass"], analysis="simulate", **how)
+    assert np.isnan(g.jacobian).all()
+    assert any("no equation decides the impulses" in note for note in g.notes)
