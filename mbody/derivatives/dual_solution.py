@@ -111,17 +111,9 @@ def influential(
     """Which of the numbers change a quantity by more than rounding, if they change by their own
     size, (names,): from its values and derivatives (…, names).
     """
-    sizes = number_sizes(system, names)
-    effect = np.abs(np.nan_to_num(row)) * sizes
-    greatest = np.abs(value).max(initial=0.0)
+    effect = np.abs(np.nan_to_num(row)) * natural_sizes(system, names)
     most = effect.reshape(-1, len(names)).max(axis=0, initial=0.0)
-    # a number that is zero has no size: its derivative beside those of the others
-    plain = np.abs(np.nan_to_num(row)).reshape(-1, len(names)).max(axis=0, initial=0.0)
-    return np.where(
-        sizes == 0.0,
-        plain > QUANTITY_ROUNDING * plain.max(initial=0.0),
-        most > QUANTITY_ROUNDING * greatest,
-    )
+    return np.asarray(most > QUANTITY_ROUNDING * np.abs(value).max(initial=0.0))
 
 
 def number_sizes(system: System, names: Sequence[str]) -> np.ndarray:
@@ -131,6 +123,17 @@ def number_sizes(system: System, names: Sequence[str]) -> np.ndarray:
     sizes = np.array([abs(float(system.values.get(name, 1.0))) for name in names])
     lengths = [unit_of(system.mechanism, name) == system.mechanism.units.length for name in names]
     return np.where(lengths, np.maximum(sizes, system.length), sizes)
+
+
+def natural_sizes(system: System, names: Sequence[str]) -> np.ndarray:
+    """The same, (names,), with natural sizes of those that are zero."""
+    sizes = zip(names, number_sizes(system, names).tolist(), strict=True)
+    return np.array([size or size_of_zero(system, name) for name, size in sizes])
+
+
+def size_of_zero(system: System, name: str) -> float:
+    """A natural size of a number that is zero."""
+    return system.natural_size(dimension_of_number(system.mechanism, name))
 
 
 def dimension_of_number(mechanism: Mechanism, name: str) -> Dimension:

@@ -24,8 +24,9 @@ from mbody.derivatives.dual_solution import (
     checked_names,
     dual_solution,
     dual_values,
+    natural_sizes,
     recorded_numbers,
-    unit_of,
+    size_of_zero,
 )
 from mbody.derivatives.gradient import gradient
 from mbody.derivatives.reduced_measures import (
@@ -865,9 +866,11 @@ class FreePrediction:
         self.first = 0 if t[0] == 0.0 else 1
         times = t if self.first == 0 else np.concatenate([[0.0], t])
         self.options = {"rtol": RTOL_FINE, **options, "until": float(t[-1]), "times": times}
-        lengths = max(self.system.length, TINY)
         self.sizes = np.array(
-            [abs(float(self.system.values[name])) or lengths for name in self.names]
+            [
+                abs(float(self.system.values[name])) or size_of_zero(self.system, name)
+                for name in self.names
+            ]
         )
         try:
             self.exact = bool(np.isfinite(self._gradient(self.system)).all())
@@ -1048,16 +1051,17 @@ class FitProblem:
         return squares, counts
 
     def number_sizes(self, numbers: Array) -> Array:
-        """Sizes of the unknowns, of lengths that of the mechanism at least; 1 of what is zero."""
-        first = np.concatenate([self.start, np.zeros(len(self.shifts))])
-        sizes = np.maximum(np.abs(numbers), np.abs(first))
-        sizes = np.where(sizes > 0.0, sizes, 1.0)
-        unit = self.system.mechanism.units.length
-        lengths = np.array(
-            [unit_of(self.system.mechanism, name) == unit for name in self.names]
-            + [self.units[column] == unit for _, column in self.shifts.values()]
-        )
-        return np.where(lengths, np.maximum(sizes, self.system.length), sizes)
+        """Sizes of the unknowns: that of the start at least, and what `least_sizes` says."""
+        return np.maximum(np.abs(numbers), self.least_sizes)
+
+    @functools.cached_property
+    def least_sizes(self) -> Array:
+        """Of lengths that of the mechanism at least, of what begins at zero a natural one, of
+        offsets the range of their data.
+        """
+        own = natural_sizes(self.system, self.names)
+        ranges = dict(zip(self.columns, self.ranges(), strict=True))
+        return np.array([*own, *(ranges[column] for _, column in self.shifts.values())])
 
     def data_size(self, sigma: Array) -> float:
         """Norm of all data by the deviations of the columns."""

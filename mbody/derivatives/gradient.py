@@ -23,6 +23,7 @@ from mbody.derivatives.dual_solution import (
     checked_names,
     dimension_of_number,
     influential,
+    natural_sizes,
     number_sizes,
     unit_of,
 )
@@ -252,13 +253,13 @@ def mode_gradient(balanced: Equilibrium, measure: Any, by: Mapping[str, str]) ->
     (found,) = modes(equilibrium.instants.driven, at=equilibrium.run, free=equilibrium.drivers)
     wanted = _wanted(measure, linear, len(found))
     places = list(dict.fromkeys(place for one in wanted for place in one.places))
-    sizes = number_sizes(equilibrium.instants.driven, names)
+    sizes = natural_sizes(equilibrium.instants.driven, names)
     jacobian, notes = np.zeros((len(wanted), len(names))), list[str]()
     for k, name in enumerate(names):
         changes, why = None, "the rest position beside it is not found, or other bodies lead there"
         try:
             changes = equilibrium.changes(
-                name, tol.DIFFERENCE_STEP_FOURTH_ORDER * (sizes[k] or 1.0), linear, places
+                name, tol.DIFFERENCE_STEP_FOURTH_ORDER * sizes[k], linear, places
             )
         except (ModelError, SolveError) as error:
             why = str(error)

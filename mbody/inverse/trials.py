@@ -415,15 +415,8 @@ class Trials:
 
     def _natural(self, first: Solution, dimension: Dimension | None, rate: float = 0.0) -> float:
         """A size that such a number may have in this mechanism, whose bodies turn at a rate."""
-        if dimension is None:
-            return 1.0
-        length, g = first.system.length, first.mechanism.g
-        masses = first.system.mass
-        mass = float(masses.reshape(-1, 3, masses.shape[1])[:, :2].max()) or 1.0
-        time = 1.0 / (rate + np.sqrt(g / length))
-        powers = (dimension.length, dimension.mass, dimension.time)
-        sizes = zip((length, mass, time), powers, strict=True)
-        return float(np.prod([size ** float(power) for size, power in sizes]))
+        falls = math.sqrt(abs(first.mechanism.g) / first.system.length)
+        return first.system.natural_size(dimension, rate + falls)
 
     def size_of(self, measure: str) -> float:
         """A size that a measured quantity may have in this mechanism."""

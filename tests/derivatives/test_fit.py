@@ -52,6 +52,24 @@ def test_exact_data():
     assert found.system.values["rod.B.x"] == found["rod.B.x"]
 
 
+@pytest.mark.parametrize(("unit", "factor"), [("N*m", 1.0), ("MN*m", 1e-6), ("mN*m", 1e3)])
+def test_numbers_that_are_zero_are_determined(unit, factor):
+    """Of no unit: the data say that there is neither an offset nor a brake."""
+    machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+    machine.add(mbody.Torque("brake", "rocker", value=0.0))
+    run = mbody.kinetostatics(machine, turn="motor", instants=40)
+    effort = f"motor.effort [{unit}]"
+    data = {"motor": run["crank"].angle, "motor.rate": np.full(40, 10.0)}
+    data[effort] = factor * run.effort("motor")
+    begun = mbody.assemble(machine).with_values({"coupler.mass": 2.0})
+    found = mbody.fit(begun, data, ["coupler.mass", "brake.value"], offsets=["motor.effort"])
+    assert found["coupler.mass"] == pytest.approx(3.0, rel=1e-12)
+    assert found.undetermined == () and not found.notes and found.evaluations < 12
+    size = float(np.abs(data[effort]).max())
+    assert abs(found.offsets["motor.effort offset"]) < 1e-12 * size
+    assert found.deviations["motor.effort offset"] < 1e-12 * size
+
+
 def test_covariance_and_values_beside_curve_fit():
     """Another program's least squares of the closed form, by differences."""
     data = encoder()

@@ -66,6 +66,18 @@ def test_a_load_instead_of_the_motor():
     assert abs(mbody.kinetostatics(again).effort("motor")[0]) < 1e-12 * abs(power)
 
 
+@pytest.mark.parametrize("g", [9.81, 0.0])
+def test_a_load_that_begins_at_zero(g):
+    """Its size is one of the mechanism's own, with weights and without any."""
+    found = []
+    for value in (1.0, 0.0):
+        machine = makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+        machine.g = g
+        machine.add(Torque("brake", "rocker", value=value))
+        found.append(solve_for(machine, "brake", "motor.effort = 0")[0].unknowns["brake"])
+    assert found[1] == pytest.approx(found[0], rel=1e-12)
+
+
 def test_an_acceleration():
     """The angular acceleration of a rod that falls from 30 degrees: 3 g cos θ / 2 l."""
     rod = Mechanism("rod")
