@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from mbody.core.bracket import last_place, zero_between
 from mbody.core.searches import Searches
 from mbody.inverse.trials import Affine, Residuals, SearchVariable, newton, spread
 from mbody.optimization.design_evaluation import AimRows
-from mbody.optimization.nonlinear_program import Program, SearchResult
+from mbody.optimization.nonlinear_program import Program, SearchResult, ending
 
 # -- The greatest value of a function of one unknown, over the whole range that it may take ----
 # The function and the side conditions are sampled along the range, finer where a cubic through the
@@ -596,7 +596,7 @@ class _Hill:
         """The end of a climb; None where it cannot begin. Where an unknown has no bounds the box is
         widened as long as climbs end at its sides.
         """
-        end = np.clip(u, self.low, self.high)
+        end, begun = np.clip(u, self.low, self.high), math.nan
         for half_width in BOX_HALF_WIDTHS:
             low, high = self._box(end, half_width)
             low, high = np.maximum(low, self.low), np.minimum(high, self.high)
@@ -607,13 +607,14 @@ class _Hill:
             found = program.search(end)
             if found is None:
                 return None
-            end = found.at.x
+            end, begun = found.at.x, found.begun if math.isnan(begun) else begun
             tolerance = tol.EXTREMUM_VALUES_SAME * (high - low)
             inner = (end <= low + tolerance) & (low > self.low)
             inner |= (end >= high - tolerance) & (high < self.high)
             if not inner.any():
                 break
-        return self.met(self.refined(np.clip(end, self.low, self.high)))
+        met = self.met(self.refined(np.clip(end, self.low, self.high)))
+        return None if met is None else replace(met, begun=begun)
 
     def met(self, u: Array) -> SearchResult | None:
         """A place, with the sign that makes the best value least, and by how much it breaks
@@ -665,22 +666,20 @@ def best_climb(
     climbs = list(searches.ends([start, *every[:STARTS]], hill.climb))
     samples = [start, *_corners(rows, equations, start), *every[STARTS:]]
     checks = [] if searches.stopped else [one for one in map(sample, samples) if one is not None]
-    good = [one for one in climbs + checks if one.broken <= tol.ROW_HOLDS]
-    if not good:
+    ended = ending(climbs, tol.ROW_HOLDS, tol.EXTREMUM_VALUES_SAME, checks)
+    if ended is None:
         nearest = min(climbs + checks, key=lambda one: one.broken, default=None)
         return ClimbResult(None, None if nearest is None else nearest.at)
-    top = min(good, key=lambda one: one.value)
-    floor = tol.EXTREMUM_VALUES_SAME * max(abs(one.value) for one in good)
-    ends = [one.value for one in climbs if one.broken <= tol.ROW_HOLDS]
-    agreeing = sum(value <= top.value + floor for value in ends)
     tolerance = tol.EXTREMUM_VALUES_SAME * (hill.high - hill.low)
-    best = top.at
+    best = ended.best.at
     on_end = (
         np.stack([best <= hill.low + tolerance, best >= hill.high - tolerance], axis=1)
         & ~hill.given
     )
     on_end &= np.array([[not one.angle] * 2 for one in wanted])
-    return ClimbResult(best, None, bool(on_end.any()), len(ends), agreeing, searches.stopped)
+    starts = sum(one.broken <= tol.ROW_HOLDS for one in climbs)
+    endless = bool(on_end.any())
+    return ClimbResult(best, None, endless, starts, ended.agreeing, searches.stopped)
 
 
 def _corners(rows: Residuals, equations: int, start: Array) -> list[Array]:

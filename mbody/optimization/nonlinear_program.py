@@ -11,6 +11,7 @@ stands the limit of mobility, which is differentiable.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
@@ -19,8 +20,8 @@ import numpy as np
 
 from mbody.analysis.driven.batch import BatchSetup
 from mbody.core import tolerances as tol
+from mbody.core.least_squares import nonnegative
 from mbody.core.searches import Searches, latin
-from mbody.core.tolerances import LIMIT_HOLDS, OPTIMUM_VALUE_NONE, OPTIMUM_VALUES_AGREE, TINY
 from mbody.derivatives.dual_solution import checked_names, influential, unit_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.linear_program import INCONSISTENT, UNBOUNDED
@@ -191,11 +192,73 @@ class SearchResult:
     `at`: Evaluation, or another design with derivatives
     `value`: What is least, with the sign that makes it so.
     `broken`: How much the worst limit is broken, as a part of its size.
+    `begun`: The value where it began.
     """
 
     at: Any
     value: float
     broken: float
+    begun: float = math.nan
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What searches from several starts found.
+
+    `best`: Of those that keep the limits.
+    `starts`: Searches that ended.
+    `alike`: Those of them that ended at its value.
+    """
+
+    best: SearchResult
+    starts: int
+    alike: tuple[SearchResult, ...]
+
+    @property
+    def agreeing(self) -> int:
+        """How many ended at the best value."""
+        return len(self.alike)
+
+
+def ending(
+    ends: Sequence[SearchResult], holds: float, same: float, checks: Sequence[SearchResult] = ()
+) -> Ending | None:
+    """The best of the ends of searches, and of places that check them; None where none keeps the
+    limits, by the part `holds`.
+
+    `same`: The part of the best value by which others differ that are one with it; of a value to
+    which something is added whatever the numbers are, of what half of the starts were worse by.
+    """
+    good = [one for one in (*ends, *checks) if one.broken <= holds]
+    if not good:
+        return None
+    best = min(good, key=lambda one: one.value)
+    begun = [one.begun for one in ends] + [one.value for one in checks]
+    worse = sorted(abs(value - best.value) for value in begun)[(len(begun) - 1) // 2]
+    near = max(
+        same * min(abs(best.value), worse),
+        tol.OPTIMUM_GAIN_LAST * worse,
+        tol.QUANTITY_ROUNDING * abs(best.value),
+    )
+    alike = (one for one in ends if one.broken <= holds and one.value <= best.value + near)
+    return Ending(best, len(ends), tuple(alike))
+
+
+@dataclass(frozen=True)
+class Binding:
+    """One thing that binds.
+
+    `limit`: Number of the limit; -1 of a bound, -2 of mobility.
+    `number`, `upper`: Of a bound: which number, and whether it is the upper one.
+    `multiplier`: In units of the objective by units of the limit.
+    `instant`: Where it binds most; -1 where that is no instant.
+    """
+
+    limit: int
+    multiplier: float
+    instant: int = -1
+    number: int = -1
+    upper: bool = False
 
 
 class Program:
@@ -217,6 +280,8 @@ class Program:
         self.width = self.high - self.low
         self.sizes: list[float] | None = None
         self.scale, self.span, self.mobile = 1.0, 1.0, 0.0
+        #: By how much the objective would change over the ranges, at the steepest of all starts.
+        self.steepest = 0.0
         self._last_x = np.empty(0)
         self._last_evaluation: Any | None = None
 
@@ -229,9 +294,12 @@ class Program:
         self.sizes = [_size(limit.rows(at)) for limit in self.limits]
         rows = self.aim.rows(at).values
         self.scale = float(np.abs(rows).max()) or 1.0
-        change = float(np.abs(self.aim.rows(at).derivatives * self.width).max(initial=0.0))
-        self.span = max(change, tol.OPTIMUM_FLATTEST * self.scale)
+        self.span = max(self._change(at), tol.OPTIMUM_FLATTEST * self.scale)
         self.mobile = at.mobility()[0] / FASTEST**2
+
+    def _change(self, at: Any) -> float:
+        """By how much the objective would change over a range, by its greatest derivative."""
+        return float(np.abs(self.aim.rows(at).derivatives * self.width).max(initial=0.0))
 
     def broken(self, at: Any) -> float:
         """Violation of the worst limit, as a part of its size; 0 where all hold."""
@@ -267,7 +335,8 @@ class Program:
             return None
         if self.sizes is None:
             self.measure_by(at)
-        best = self._result(at)
+        self.steepest = max(self.steepest, self._change(at))
+        best = begun = self._result(at)
         chosen, stalled = _Chosen(self, at), 0
         for _ in range(ROUNDS):
             end = self._round(at, chosen)
@@ -287,7 +356,7 @@ class Program:
                 stalled += 1
             if (not more and gain <= tol.OPTIMUM_GAIN_SLIGHT * abs(best.value)) or stalled > 1:
                 break
-        return self._polished(best)
+        return replace(self._polished(best), begun=begun.value)
 
     def _polished(self, best: SearchResult) -> SearchResult:
         """The end of linear steps with all rows, where it is better."""
@@ -339,6 +408,91 @@ class Program:
 
     def _result(self, at: Any) -> SearchResult:
         return SearchResult(at, self.value(at), self.broken(at))
+
+    # -- what is said of its end ----------------------------------------------------------------
+
+    def optimality(self, at: Any) -> tuple[list[Binding], float]:
+        """What binds at a design, by Karush's, Kuhn's and Tucker's conditions: the derivatives of
+        the objective as those of the binding rows, with multipliers that are not negative
+        (non-negative least squares; Lawson and Hanson 1974). Also what is left of the derivatives,
+        as a part of the greatest, or of that of the starts where all are small.
+        """
+        found = []
+        for tolerance in tol.LIMIT_BINDS:
+            found.append(self._optimality(at, tolerance))
+            if found[-1][1] <= tol.LIMIT_BALANCED:
+                break
+        return min(found, key=lambda pair: pair[1])
+
+    def _optimality(self, at: Any, tolerance: float) -> tuple[list[Binding], float]:
+        """The same with what is nearer to its limit than a part `tolerance` of its size."""
+        width = self.width
+        columns: list[np.ndarray] = []
+        about: list[tuple[int, int, int, bool, float]] = []
+        for n, (limit, size) in enumerate(zip(self.limits, self.sizes or [], strict=True)):
+            rows = limit.rows(at)
+            left = np.abs(rows.values) if limit.equal else rows.values
+            for k in np.flatnonzero(left <= tolerance * size):
+                for sign in (1.0, -1.0) if limit.equal else (1.0,):
+                    columns.append(sign * rows.derivatives[k] * width / size)
+                    about.append((n, int(rows.instants[k]), -1, False, sign * size))
+        own, derivative, instant = at.mobility()
+        if own < self.mobile * (1.0 + tolerance):
+            columns.append(derivative * width / self.mobile)
+            about.append((-2, instant, -1, False, self.mobile))
+        for j in range(len(width)):
+            for upper, gap in ((False, at.x[j] - self.low[j]), (True, self.high[j] - at.x[j])):
+                if gap <= tolerance * 1e-2 * width[j]:
+                    columns.append((-1.0 if upper else 1.0) * np.eye(len(width))[j])
+                    about.append((-1, -1, j, upper, width[j]))
+        rows = self.aim.rows(at)
+        # of what is added whatever the numbers are nothing follows about what is near the greatest
+        near = tolerance * min(self.scale, max(self.span, self.steepest))
+        top = np.flatnonzero(rows.values >= rows.values.max() - near)
+        derivatives = rows.derivatives[top] * width / self.scale
+        # weights of the instants that share the greatest value: their sum is 1
+        heavy = 1e3 * max(1.0, float(np.abs(derivatives).max(initial=0.0)))
+        left = [np.append(-one, heavy) for one in derivatives]
+        left += [np.append(one, 0.0) for one in columns]
+        found = nonnegative(np.array(left).T, np.append(np.zeros(len(width)), heavy))
+        weights, parts = found[: len(top)], found[len(top) :]
+        pull = weights @ derivatives
+        residual = pull - (np.array(columns).T @ parts if columns else 0.0)
+        flat = tol.OPTIMUM_FLAT * self.steepest / self.scale
+        greatest = max(float(np.abs(derivatives).max(initial=0.0)), flat, tol.TINY)
+        open_part = float(np.abs(residual).max(initial=0.0)) / greatest
+        return self._joined(about, parts, greatest), open_part
+
+    def _joined(
+        self,
+        about: Sequence[tuple[int, int, int, bool, float]],
+        parts: np.ndarray,
+        greatest: float,
+    ) -> list[Binding]:
+        """Multipliers of one limit at several instants added; those that pull, the greatest
+        first.
+        """
+        found: dict[tuple[int, int, bool], list[tuple[float, int, float]]] = {}
+        for (limit, instant, number, upper, size), part in zip(about, parts, strict=True):
+            if part > tol.OPTIMUM_MULTIPLIER_COUNTS * greatest:
+                own = found.setdefault((limit, number, upper), [])
+                own.append((float(part), instant, self.scale / size))
+        made = [
+            (
+                max(part for part, _, _ in rows),
+                Binding(
+                    limit=limit,
+                    multiplier=sum(part * unit for part, _, unit in rows),
+                    instant=max(rows)[1],
+                    number=number,
+                    upper=upper,
+                ),
+            )
+            for (limit, number, upper), rows in found.items()
+        ]
+        return [one for _, one in sorted(made, key=lambda pair: -pair[0])]
+
+    # -- a round --------------------------------------------------------------------------------
 
     def _round(self, start: Any, chosen: _Chosen) -> Any:
         """One search with the rows that are chosen."""
@@ -686,13 +840,10 @@ START_SPACING = 0.15
 
 
 @dataclass(frozen=True)
-class SearchEnding:
+class SearchEnding(Ending):
     """Result of the searches from all starts."""
 
-    best: SearchResult
     program: Program
-    starts: int
-    agreeing: int
     notes: tuple[str, ...]
 
 
@@ -718,18 +869,13 @@ class MultiStart:
         """The best of all searches."""
         program, notes = self.program(aim, limits), list(self.ranges.notes)
         starts = self.chosen(aim)
-        first = program.at(starts[0])
-        assert first is not None
-        program.measure_by(first)
+        program.measure_by(program.at(starts[0]))
         notes += self._examined(program, aim, limits, starts)
         found = list(self.searches.ends(starts, program.search))
-        feasible = [one for one in found if one.broken <= LIMIT_HOLDS]
-        if not feasible:
+        ended = ending(found, tol.LIMIT_HOLDS, tol.OPTIMUM_VALUES_AGREE)
+        if ended is None:
             raise self._none(min(found, key=lambda one: one.broken), limits)
-        best = min(feasible, key=lambda one: one.value)
-        tolerance = OPTIMUM_VALUES_AGREE * max(abs(best.value), OPTIMUM_VALUE_NONE * program.scale)
-        agreeing = sum(one.value <= best.value + tolerance for one in feasible)
-        return SearchEnding(best, program, len(found), agreeing, tuple(notes))
+        return SearchEnding(**vars(ended), program=program, notes=tuple(notes))
 
     def chosen(self, aim: Aim) -> list[np.ndarray]:
         """Starts of the searches: the one that was given, then the best of many that are apart."""
@@ -816,6 +962,6 @@ class MultiStart:
 def _by_merit(values: np.ndarray, margins: np.ndarray, closing: np.ndarray) -> np.ndarray:
     """Designs that can be analysed, those that break limits least first, then the better ones."""
     places = np.flatnonzero(closing)
-    sizes = np.maximum(np.median(np.abs(margins[places]), axis=0), TINY) if len(places) else 1.0
+    sizes = np.maximum(np.median(np.abs(margins[places]), axis=0), tol.TINY) if len(places) else 1.0
     broken = np.maximum(0.0, -margins[places] / sizes).sum(axis=1)
     return places[np.lexsort((values[places], np.where(broken > 0.0, broken, 0.0)))]

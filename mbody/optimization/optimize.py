@@ -16,7 +16,6 @@ from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.core.bracket import zeros_between
-from mbody.core.least_squares import nonnegative
 from mbody.core.presentation import Presented
 from mbody.core.searches import Searches
 from mbody.core.tolerances import OPTIMUM_MARGIN_NONE
@@ -38,11 +37,13 @@ from mbody.optimization.design_evaluation import (
 )
 from mbody.optimization.nonlinear_program import (
     FASTEST,
+    Binding,
     MultiStart,
     Program,
     Ranges,
     Screen,
     SearchEnding,
+    ending,
     ranges_of,
 )
 from mbody.quantities.formula import Number
@@ -266,103 +267,6 @@ class Optimum(Inherited, Presented):
         return f"Optimum({self.aim}: {self.objective}, {self.agreeing} of {self.starts} starts)"
 
 
-# -- Binding limits of an optimum, and their multipliers ---------------------------------------
-
-
-@dataclass(frozen=True)
-class Binding:
-    """One thing that binds.
-
-    `limit`: Number of the limit; -1 of a bound, -2 of mobility.
-    `number`, `upper`: Of a bound: which number, and whether it is the upper one.
-    `multiplier`: In units of the objective by units of the limit.
-    `instant`: Where it binds most; -1 where that is no instant.
-    """
-
-    limit: int
-    multiplier: float
-    instant: int = -1
-    number: int = -1
-    upper: bool = False
-
-
-def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
-    """Binding limits at a design, by Karush's, Kuhn's and Tucker's conditions: the derivatives of
-    the objective as those of the binding rows, with multipliers that are not negative (non-negative
-    least squares; Lawson and Hanson 1974). Also the residual of the objective's derivatives, as a
-    part.
-    """
-    found = []
-    for tolerance in tol.LIMIT_BINDS:
-        found.append(_binding(program, at, tolerance))
-        if found[-1][1] <= tol.LIMIT_BALANCED:
-            break
-    return min(found, key=lambda pair: pair[1])
-
-
-def _binding(program: Program, at: Evaluation, tolerance: float) -> tuple[list[Binding], float]:
-    """Binding limits and residual with all limits within `tolerance`."""
-    width, sizes = program.width, program.sizes or []
-    columns: list[np.ndarray] = []
-    about: list[tuple[int, int, int, bool, float]] = []
-    for n, (limit, size) in enumerate(zip(program.limits, sizes, strict=True)):
-        rows = limit.rows(at)
-        left = np.abs(rows.values) if limit.equal else rows.values
-        for k in np.flatnonzero(left <= tolerance * size):
-            for sign in (1.0, -1.0) if limit.equal else (1.0,):
-                columns.append(sign * rows.derivatives[k] * width / size)
-                about.append((n, int(rows.instants[k]), -1, False, sign * size))
-    own, derivative, instant = at.mobility()
-    if own < program.mobile * (1.0 + tolerance):
-        columns.append(derivative * width / program.mobile)
-        about.append((-2, instant, -1, False, program.mobile))
-    for j in range(len(width)):
-        for upper, gap in ((False, at.x[j] - program.low[j]), (True, program.high[j] - at.x[j])):
-            if gap <= tolerance * 1e-2 * width[j]:
-                columns.append((-1.0 if upper else 1.0) * np.eye(len(width))[j])
-                about.append((-1, -1, j, upper, width[j]))
-    rows = program.aim.rows(at)
-    top = np.flatnonzero(rows.values >= rows.values.max() - tolerance * program.scale)
-    derivatives = rows.derivatives[top] * width / program.scale
-    # weights of the instants that share the greatest value: their sum is 1
-    heavy = 1e3 * max(1.0, float(np.abs(derivatives).max(initial=0.0)))
-    left = [np.append(-one, heavy) for one in derivatives] + [
-        np.append(one, 0.0) for one in columns
-    ]
-    right = np.append(np.zeros(len(width)), heavy)
-    found = nonnegative(np.array(left).T, right)
-    weights, parts = found[: len(top)], found[len(top) :]
-    pull = weights @ derivatives
-    residual = pull - (np.array(columns).T @ parts if columns else 0.0)
-    greatest = max(float(np.abs(derivatives).max(initial=0.0)), tol.OPTIMUM_FLAT)
-    return _joined(about, parts, program), float(np.abs(residual).max(initial=0.0)) / greatest
-
-
-def _joined(
-    about: Sequence[tuple[int, int, int, bool, float]], parts: np.ndarray, program: Program
-) -> list[Binding]:
-    """Multipliers of one limit at several instants added; those that pull, the greatest first."""
-    found: dict[tuple[int, int, bool], list[tuple[float, int, float]]] = {}
-    for (limit, instant, one_number, upper, size), part in zip(about, parts, strict=True):
-        if part > tol.OPTIMUM_MULTIPLIER_COUNTS:
-            own = found.setdefault((limit, one_number, upper), [])
-            own.append((float(part), instant, program.scale / size))
-    made = [
-        (
-            max(part for part, _, _ in rows),
-            Binding(
-                limit=limit,
-                multiplier=sum(part * unit for part, _, unit in rows),
-                instant=max(rows)[1],
-                number=number,
-                upper=upper,
-            ),
-        )
-        for (limit, number, upper), rows in found.items()
-    ]
-    return [one for _, one in sorted(made, key=lambda pair: -pair[0])]
-
-
 # -- Range of each number of an optimum with the others held -----------------------------------
 
 #: Places on the way to a bound, and halvings between two of them.
@@ -475,7 +379,7 @@ def optimum_of(
     """The result of searches; of two `aims` with their front."""
     at, program, ranges = ended.best.at, ended.program, search.ranges
     run = at.run
-    found, residual = binding(program, at)
+    found, residual = program.optimality(at)
     unit = measured(run, aim.column.measure)[2]
     active = tuple(_active(one, program, at, search, unit) for one in found)
     notes = list(ended.notes)
@@ -603,13 +507,13 @@ def pareto_front(
         """The best of the first aim where the second is no worse than a value."""
         limit: Any = _Bounded(second, value, "")
         program = search.program(first, [*limits, limit])
+        program.steepest = ends[0].program.steepest
         tried = [end for x in places if (end := program.search(x)) is not None]
-        feasible = [one for one in tried if one.broken <= tol.LIMIT_HOLDS]
-        if not feasible:
+        found = ending(tried, tol.LIMIT_HOLDS, tol.OPTIMUM_VALUES_AGREE)
+        if found is None:
             return None
-        best = min(feasible, key=lambda one: one.value)
-        places[0] = best.at.x
-        return replace(ends[0], best=best, program=program)
+        places[0] = found.best.at.x
+        return replace(ends[0], best=found.best, program=program)
 
     if high - low > tol.LIMIT_HOLDS * scales[1] and not search.searches.stopped:
         between = np.linspace(high, low, points)[1:-1].tolist()
@@ -631,7 +535,7 @@ def pareto_front(
     ended = replace(
         found[knee],
         starts=sum(end.starts for end in ends),
-        agreeing=sum(end.agreeing for end in ends),
+        alike=sum((end.alike for end in ends), ()),
     )
     return optimum_of(search, ended, first, limits, loss, front, aims)
 
