@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mbody.analysis.dynamics.integrators import natural_size
 from mbody.core import tolerances as tol
 from mbody.core.lanes import LANES, TANGENTS, DualNumber, aligned, value
 from mbody.core.recorded_numbers import Untraceable
@@ -133,7 +134,7 @@ def natural_sizes(system: System, names: Sequence[str]) -> np.ndarray:
 
 def size_of_zero(system: System, name: str) -> float:
     """A natural size of a number that is zero."""
-    return system.natural_size(dimension_of_number(system.mechanism, name))
+    return natural_size(system, dimension_of_number(system.mechanism, name))
 
 
 def dimension_of_number(mechanism: Mechanism, name: str) -> Dimension:

@@ -16,6 +16,7 @@ import numpy as np
 from mbody.analysis.driven.driven import ANALYSES, analyse_at
 from mbody.analysis.driven.path_following import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
+from mbody.analysis.dynamics.integrators import natural_size
 from mbody.analysis.inverse.conditions import Relation, search_range
 from mbody.analysis.position.assembly_analysis import check_determined, closed_near
 from mbody.core import tolerances as tol
@@ -416,7 +417,7 @@ class Trials:
     def _natural(self, first: Solution, dimension: Dimension | None, rate: float = 0.0) -> float:
         """A size that such a number may have in this mechanism, whose bodies turn at a rate."""
         falls = math.sqrt(abs(first.mechanism.g) / first.system.length)
-        return first.system.natural_size(dimension, rate + falls)
+        return natural_size(first.system, dimension, rate + falls)
 
     def size_of(self, measure: str) -> float:
         """A size that a measured quantity may have in this mechanism."""

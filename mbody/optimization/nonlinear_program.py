@@ -871,6 +871,11 @@ class MultiStart:
         starts = self.chosen(aim)
         program.measure_by(program.at(starts[0]))
         notes += self._examined(program, aim, limits, starts)
+        if len(starts) < self.starts:
+            notes.append(
+                f"only {len(starts)} of {self.starts} searches could begin: no other design that "
+                "was tried can be analysed"
+            )
         found = list(self.searches.ends(starts, program.search))
         ended = ending(found, tol.LIMIT_HOLDS, tol.OPTIMUM_VALUES_AGREE)
         if ended is None:
@@ -910,31 +915,38 @@ class MultiStart:
     def _examined(
         self, program: Program, aim: Aim, limits: Sequence[Limit], starts: Sequence[np.ndarray]
     ) -> list[str]:
-        """Refuse an aim that no number changes; sentences for limits that none changes."""
+        """Refuse an aim that no number changes; sentences for limits that none changes, and for
+        numbers that change nothing.
+        """
         points = [at for at in map(self.evaluator, starts[:3]) if at is not None]
         names, system = list(self.ranges.names), self.evaluator.system
-        ranges = self.ranges.high - self.ranges.low
 
-        def moves(rows: list[tuple[np.ndarray, np.ndarray]]) -> bool:
-            return any(
-                influential(system, names, value, derivative).any()
-                and (np.abs(derivative) * ranges).any()
-                for value, derivative in rows
-            )
+        def movers(one: Any) -> np.ndarray:
+            """Which of the numbers change an aim or a limit."""
+            rows = [one.rows(at) for at in points]
+            each = [influential(system, names, own.values, own.derivatives) for own in rows]
+            return np.any(each, axis=0)
 
-        own = [(rows.values, rows.derivatives) for rows in (aim.rows(at) for at in points)]
-        if not moves(own):
+        if not movers(aim).any():
             given = ", ".join(f"'{name}'" for name in self.ranges.given)
             raise ModelError(
                 f"optimize: none of {given} changes '{aim.text}': its derivatives are zero; vary "
                 "other numbers, or choose another aim"
             )
+        by_limits = [movers(limit) for limit in limits]
+        used = np.any([*map(movers, self.screen.aims), *by_limits], axis=0)
         return [
-            f"none of the numbers changes '{limit.text}'"
-            for limit in limits
-            if not moves(
-                [(rows.values, rows.derivatives) for rows in (limit.rows(at) for at in points)]
-            )
+            *(
+                f"none of the numbers changes '{limit.text}'"
+                for limit, own in zip(limits, by_limits, strict=True)
+                if not own.any()
+            ),
+            *(
+                f"'{name}' changes neither the aim nor a limit where searches began: that its "
+                "value is best is not shown"
+                for name, own in zip(self.ranges.given, used, strict=True)
+                if not own
+            ),
         ]
 
     def _unreachable(self, count: int) -> SolveError:

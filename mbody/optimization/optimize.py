@@ -225,8 +225,8 @@ class Optimum(Inherited, Presented):
             ItemTable("", tuple(front), "FRONT", lambda one: dict(enumerate(one.pareto))),
             Sentence(
                 lambda one: (
-                    f"{one.agreeing} of {one.starts} searches ended "
-                    + ("at the ends of the front" if one.pareto else "here")
+                    f"{one.agreeing} of {one.starts} searches ended at "
+                    + ("the ends of the front" if one.pareto else "this value")
                     + f"; {one.evaluations} analyses with derivatives"
                 )
             ),
@@ -399,6 +399,12 @@ def optimum_of(
     values = tuple(one.value(at) for one in goals)
     sizes = np.array([abs(value) for value in values] + list(program.sizes or []))
     band = tolerance_band(search.screen.about(at), at.x, (ranges.low, ranges.high), sizes, loss)
+    apart = [((one.at.x < band[:, 0]) | (one.at.x > band[:, 1])).any() for one in ended.alike]
+    if any(apart) and not front and np.ptp(band, axis=1).any():
+        notes.append(
+            f"of {len(apart)} searches that ended at this value {sum(apart)} ended beyond the "
+            "bands of these numbers: other designs are as good"
+        )
     units_of_file = np.array([file_unit(run.mechanism, name) for name in ranges.given])
     written = rounded_design(
         search.screen.about(at),

@@ -43,7 +43,6 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import PlainNumbers
-from mbody.quantities.units import Dimension
 
 if TYPE_CHECKING:
     from mbody.system.formula_steps import DriverFormula, StepList
@@ -687,16 +686,6 @@ class System:
     def sizes(self) -> np.ndarray:
         """`Work.size`: the model length, then `lengths` and `spans`, (1 + 2·bodies, 1)."""
         return locked(np.concatenate([[self.length], self.lengths, self.spans])[:, None])
-
-    def natural_size(self, dimension: Dimension | None, rate: float = 0.0) -> float:
-        """One of lengths, masses and times of the model's own, where it has no rate a second; 1
-        without a dimension.
-        """
-        if dimension is None:
-            return 1.0
-        size = self.length ** float(dimension.length) * self.heaviest ** float(dimension.mass)
-        time = 1.0 / rate if rate else self.mechanism.units.second
-        return float(size * time ** float(dimension.time))
 
     def extent(self, poses: np.ndarray) -> Any:
         """Greatest coordinate of positions (…, coordinates or more), in model lengths and radians:

@@ -410,3 +410,57 @@ def test_a_flat_objective_takes_no_more_analyses():
     grid = {"pin": np.linspace(0.015, 0.025, 5), "upper.mass": np.linspace(6.0, 20.0, 5)}
     least = mbody.sweep(press, grid, measure="peak(K.force)", t=t)["peak(K.force)"].min()
     assert found.objective <= least * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("added", ["", " + 1e6"])
+def test_what_is_added_to_an_aim_says_nothing(added):
+    """cos u + u/40 of u = F/(10 N) has its least values near π, 3π and 5π, the first the least:
+    searches that end at others do not agree with it, whatever is added.
+    """
+    found = mbody.optimize(
+        wheel(),
+        minimize=f"max(cos(O.force/(10 N)) + O.force/(400 N){added})",
+        by={"disc.cg.x": (0.05, 1.0)},
+        starts=6,
+        **TURN,
+    )
+    force = 10.0 * (np.pi - np.arcsin(-1.0 / 40.0) - 2.0 * np.arcsin(1.0 / 40.0))
+    assert_allclose(found.values["disc.cg.x"], np.sqrt((force / 200.0) ** 2 - 0.01), rtol=1e-4)
+    assert 0 < found.agreeing < found.starts == 6 and not found.active
+
+
+def test_designs_that_are_as_good():
+    """F = 100 N at x = ±√(0.5² − y²), and at any inertia: neither is the only best number."""
+    found = mbody.optimize(
+        wheel(),
+        minimize="max((O.force/(100 N) - 1)^2)",
+        by={"disc.cg.x": (-1.0, 1.0), "disc.inertia": (0.5, 2.0)},
+        starts=6,
+        **TURN,
+    )
+    assert_allclose(abs(found.values["disc.cg.x"]), np.sqrt(0.24), rtol=1e-4)
+    idle, others = found.notes
+    assert idle.startswith(
+        "'disc.inertia' changes neither the aim nor a limit where searches began"
+    )
+    assert re.fullmatch(
+        r"of 6 searches .* [1-5] ended beyond .*: other designs are as good", others
+    )
+    assert "6 of 6 searches ended at this value;" in str(found)
+
+
+def test_wide_bounds_cost_no_figures():
+    """A corner of three peaks, far narrower than the bounds, which most designs lie beyond."""
+    machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+    ends = [
+        mbody.optimize(
+            machine,
+            minimize="peak(motor.effort)",
+            by={"coupler.cg.x": (-3.0 * far, 3.0 * far), "rocker.cg.x": (-far, far)},
+            starts=2,
+            over="turn",
+        )
+        for far in (1.0, 1e5)
+    ]
+    assert_allclose(ends[1].objective, ends[0].objective, rtol=1e-9)
+    assert any(note.startswith("only 1 of 2 searches could begin") for note in ends[1].notes)

@@ -34,6 +34,7 @@ from mbody.kernels.step_state import (
 )
 from mbody.model.element import STEADY
 from mbody.model.states import measuring_forces
+from mbody.quantities.units import Dimension
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.system import System
 
@@ -158,8 +159,19 @@ def auxiliary_sizes(system: System) -> Array:
         elif start > 0.0:
             found[n] = float(start)
         else:
-            found[n] = system.natural_size(state.dimension)
+            found[n] = natural_size(system, state.dimension)
     return found
+
+
+def natural_size(system: System, dimension: Dimension | None, rate: float = 0.0) -> float:
+    """One of lengths, masses and times of the model's own, where it has no rate a second; 1 without
+    a dimension.
+    """
+    if dimension is None:
+        return 1.0
+    size = system.length ** float(dimension.length) * system.heaviest ** float(dimension.mass)
+    time = 1.0 / rate if rate else system.mechanism.units.second
+    return float(size * time ** float(dimension.time))
 
 
 def find_steady(motion: Evaluated) -> bool:

@@ -15,6 +15,7 @@ from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.integrators import (
     REFINEMENTS,
     auxiliary_sizes,
+    natural_size,
     stepping,
 )
 from mbody.analysis.dynamics.interruptions import without_hold
@@ -191,7 +192,7 @@ class Moving:
         self.own = (
             np.append(system.first_states[:, 0], own) if manifold.own is None else manifold.own
         )
-        inputs = [system.natural_size(one.dimension) for one in system.mechanism.inputs]
+        inputs = [natural_size(system, one.dimension) for one in system.mechanism.inputs]
         self.own_sizes = np.append(auxiliary_sizes(system), inputs)
         self.own = self.own[: len(self.own_sizes)]
 
