@@ -921,7 +921,7 @@ LIMIT_HOLDS = 1e-6  # What is broken by less, as a part of the size of a limit, 
 LIMIT_BINDS = (1e-7, 1e-6, 1e-5, 1e-4)
 LIMIT_BALANCED = 1e-3  # Up to this part they balance.
 OPTIMUM_BOX_FIRST = 0.02  # The first box of a program's step,
-OPTIMUM_BOX_LEAST = 1e-15  # and the least, as parts of the ranges, which may be wide.
+OPTIMUM_BOX_LEAST = 1e-8  # and the least, as parts of the ranges.
 OPTIMUM_GAIN_LAST = 1e-9  # A step or a round that gains less than this part is the last.
 #: A round without new rows that gains more than this part is followed by another.
 OPTIMUM_GAIN_SLIGHT = 1e-3
@@ -973,6 +973,7 @@ UNKNOWN_LOOSE = 1e-3  # Part of the greatest weight with which an unknown is lef
 EXTREMUM_SPACING_WIDE = 1e-7  # Samples nearer than this part of the spacing show no cubic.
 EXTREMUM_UNKNOWN_NONE = 1e-15  # An unknown below this part of 1 + its start is zero.
 EXTREMUM_BRACKET_PART = 1e-14  # The same as EXTREMUM_BRACKET in parts of the interval.
+OPTIMUM_VALUE_NONE = 1e-9  # Part of the size of what is minimised below which a value is none.
 OPTIMUM_ENDS = 1e-10  # Relative change of the objective at which SLSQP ends.
 #: A coefficient, as a part of the others, that is none: a link or a point without end.
 SYNTHESIS_COEFFICIENT_NONE = 1e-12

@@ -99,7 +99,7 @@ def linear_steps(start: Linearized, look: Callable[[np.ndarray], Linearized | No
             box = min(1.0, 2.0 * box) if gained > 0.75 else box
         if gained < 0.25:
             box = 0.25 * float(np.abs(step_found).max())
-        if box < tol.OPTIMUM_BOX_LEAST:
+        if box < tol.UNKNOWN_STEP_ROUNDING:
             return here
     return here
 
@@ -307,6 +307,11 @@ class Program:
         parts = [limit.margin(at) / s for limit, s in zip(self.limits, self.sizes, strict=True)]
         return max(0.0, -min(parts, default=0.0))
 
+    def limit_rows(self, at: Any) -> list[AimRows]:
+        """Rows of the limits as parts of their sizes."""
+        limits = zip(self.limits, self.sizes or [], strict=True)
+        return [limit.rows(at).times(1.0 / size) for limit, size in limits]
+
     def value(self, at: Any) -> float:
         """Objective, with the sign that makes it a minimum."""
         return float(self.aim.rows(at).values.max())
@@ -377,11 +382,10 @@ class Program:
 
     def _linearized(self, u: np.ndarray, at: Any) -> Linearized:
         """All rows about a design."""
-        assert self.sizes is not None
         aims = self.aim.rows(at).times(1.0 / self.scale)
         own: dict[bool, list[AimRows]] = {True: [], False: []}
-        for limit, size in zip(self.limits, self.sizes, strict=True):
-            own[limit.equal].append(limit.rows(at).times(1.0 / size))
+        for limit, rows_of_limit in zip(self.limits, self.limit_rows(at), strict=True):
+            own[limit.equal].append(rows_of_limit)
         least, derivative, k = at.mobility()
         margin = np.log(least / max(self.mobile, tol.TINY))
         own[False].append(
@@ -427,70 +431,46 @@ class Program:
     def _optimality(self, at: Any, tolerance: float) -> tuple[list[Binding], float]:
         """The same with what is nearer to its limit than a part `tolerance` of its size."""
         width = self.width
-        columns: list[np.ndarray] = []
-        about: list[tuple[int, int, int, bool, float]] = []
-        for n, (limit, size) in enumerate(zip(self.limits, self.sizes or [], strict=True)):
-            rows = limit.rows(at)
+        # effect, limit with number and side of a bound, instant, unit of the multiplier
+        near: list[tuple[np.ndarray, tuple[int, int, bool], int, float]] = []
+        limits = zip(self.limits, self.limit_rows(at), self.sizes or [], strict=True)
+        for n, (limit, rows, size) in enumerate(limits):
             left = np.abs(rows.values) if limit.equal else rows.values
-            for k in np.flatnonzero(left <= tolerance * size):
+            for k in np.flatnonzero(left <= tolerance):
+                effect, instant = rows.derivatives[k] * width, int(rows.instants[k])
                 for sign in (1.0, -1.0) if limit.equal else (1.0,):
-                    columns.append(sign * rows.derivatives[k] * width / size)
-                    about.append((n, int(rows.instants[k]), -1, False, sign * size))
+                    near.append((sign * effect, (n, -1, False), instant, sign * self.scale / size))
         own, derivative, instant = at.mobility()
         if own < self.mobile * (1.0 + tolerance):
-            columns.append(derivative * width / self.mobile)
-            about.append((-2, instant, -1, False, self.mobile))
-        for j in range(len(width)):
+            effect = derivative * width / self.mobile
+            near.append((effect, (-2, -1, False), instant, self.scale / self.mobile))
+        for j, one in enumerate(np.eye(len(width))):
             for upper, gap in ((False, at.x[j] - self.low[j]), (True, self.high[j] - at.x[j])):
                 if gap <= tolerance * 1e-2 * width[j]:
-                    columns.append((-1.0 if upper else 1.0) * np.eye(len(width))[j])
-                    about.append((-1, -1, j, upper, width[j]))
+                    effect = -one if upper else one
+                    near.append((effect, (-1, j, upper), -1, self.scale / width[j]))
         rows = self.aim.rows(at)
-        # of what is added whatever the numbers are nothing follows about what is near the greatest
-        near = tolerance * min(self.scale, max(self.span, self.steepest))
-        top = np.flatnonzero(rows.values >= rows.values.max() - near)
-        derivatives = rows.derivatives[top] * width / self.scale
+        # what is added whatever the numbers are has no say in what is near the greatest
+        part = tolerance * min(self.scale, max(self.span, self.steepest))
+        top = rows.derivatives[rows.values >= rows.values.max() - part] * width / self.scale
         # weights of the instants that share the greatest value: their sum is 1
-        heavy = 1e3 * max(1.0, float(np.abs(derivatives).max(initial=0.0)))
-        left = [np.append(-one, heavy) for one in derivatives]
-        left += [np.append(one, 0.0) for one in columns]
-        found = nonnegative(np.array(left).T, np.append(np.zeros(len(width)), heavy))
-        weights, parts = found[: len(top)], found[len(top) :]
-        pull = weights @ derivatives
-        residual = pull - (np.array(columns).T @ parts if columns else 0.0)
+        heavy = 1e3 * max(1.0, float(np.abs(top).max(initial=0.0)))
+        effects = np.array([*-top, *(one[0] for one in near)])
+        sums = heavy * (np.arange(len(effects)) < len(top))
+        found = nonnegative(np.vstack([effects.T, sums]), np.append(np.zeros(len(width)), heavy))
         flat = tol.OPTIMUM_FLAT * self.steepest / self.scale
-        greatest = max(float(np.abs(derivatives).max(initial=0.0)), flat, tol.TINY)
-        open_part = float(np.abs(residual).max(initial=0.0)) / greatest
-        return self._joined(about, parts, greatest), open_part
-
-    def _joined(
-        self,
-        about: Sequence[tuple[int, int, int, bool, float]],
-        parts: np.ndarray,
-        greatest: float,
-    ) -> list[Binding]:
-        """Multipliers of one limit at several instants added; those that pull, the greatest
-        first.
-        """
-        found: dict[tuple[int, int, bool], list[tuple[float, int, float]]] = {}
-        for (limit, instant, number, upper, size), part in zip(about, parts, strict=True):
-            if part > tol.OPTIMUM_MULTIPLIER_COUNTS * greatest:
-                own = found.setdefault((limit, number, upper), [])
-                own.append((float(part), instant, self.scale / size))
+        greatest = max(float(np.abs(top).max(initial=0.0)), flat, tol.TINY)
+        pulls: dict[tuple[int, int, bool], list[tuple[float, int, float]]] = {}
+        for pull, (_, key, instant, unit) in zip(found[len(top) :].tolist(), near, strict=True):
+            if pull > tol.OPTIMUM_MULTIPLIER_COUNTS * greatest:
+                pulls.setdefault(key, []).append((pull, instant, pull * unit))
         made = [
-            (
-                max(part for part, _, _ in rows),
-                Binding(
-                    limit=limit,
-                    multiplier=sum(part * unit for part, _, unit in rows),
-                    instant=max(rows)[1],
-                    number=number,
-                    upper=upper,
-                ),
+            Binding(limit, sum(one[2] for one in own), max(own)[1], number, upper)
+            for (limit, number, upper), own in sorted(
+                pulls.items(), key=lambda one: -max(one[1])[0]
             )
-            for (limit, number, upper), rows in found.items()
         ]
-        return [one for _, one in sorted(made, key=lambda pair: -pair[0])]
+        return made, float(np.abs(found @ effects).max(initial=0.0)) / greatest
 
     # -- a round --------------------------------------------------------------------------------
 
@@ -577,11 +557,7 @@ class _Chosen:
     def _all(self, at: Any) -> list[AimRows]:
         """All limits as parts of their sizes, then the rows that z is to be above, negative."""
         program = self.program
-        assert program.sizes is not None
-        found = [
-            limit.rows(at).times(1.0 / size)
-            for limit, size in zip(program.limits, program.sizes, strict=True)
-        ]
+        found = program.limit_rows(at)
         if program.aim.each:
             found.append(program.aim.rows(at).times(-1.0 / program.span))
         return found

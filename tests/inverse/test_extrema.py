@@ -218,6 +218,20 @@ def test_two_loads_that_cancel():
     assert found[0].objective == pytest.approx(0.0, abs=1e-8)
 
 
+@pytest.mark.parametrize("added", ["", " + 1e9 N"])
+def test_climbs_agree_whatever_is_added(added):
+    """They end at several values, which 1e9 N more makes no more alike."""
+    angle, length = {"low": 0.0, "high": 6.28}, {"low": 2.6, "high": 3.4}
+    found = solve_for(
+        makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0),
+        {"motor.value": angle, "coupler.B.x": length},
+        greatest=f"A.force{added}",
+    )
+    assert found[0].unknowns["motor.value"] == pytest.approx(180.6228, abs=1e-3)
+    (doubt,) = found.doubts
+    assert "may be a local one: of 13 climbs from different starts 2 end at this" in doubt.message
+
+
 @pytest.mark.slow
 def test_what_may_be_local_is_in_doubt_or_greatest():
     """A landscape of several summits: the answer is the greatest, or it says that it may not be."""
