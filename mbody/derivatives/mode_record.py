@@ -39,7 +39,7 @@ from mbody.kernels.layout import Layout
 from mbody.kernels.mode_problem import ALL_NORMALS, ALL_ROWS
 from mbody.kernels.step_state import TIME
 from mbody.laws import Expression, Law, MeasuredFormula, Table
-from mbody.laws.kernels import MAX, OPERATIONS, SIGN, STEP, VARIABLE
+from mbody.laws.kernels import MAX, SIGN, STEP
 from mbody.model.element import listed
 from mbody.model.loads import Damper, Spring, TorsionDamper, TorsionSpring
 from mbody.model.model_notes import with_changed
@@ -116,18 +116,12 @@ def with_formulas_of_the_instant(system: System) -> System:
             of_time = load.__dataclass_fields__[name].metadata.get("of") == "time"
             known = of_time or isinstance(load, OF_STRETCH)
             if known and isinstance(law, Expression) and JUMPING.search(law.text):
-                made[name] = _of_the_instant(law, "t" if of_time else "x")
+                made[name] = MeasuredFormula(law.text, *law.postfix("t" if of_time else "x"))
         if made:
             replaced.append(replace(load, **made))
     if not replaced:
         return system
     return with_numbers_of(assemble(with_changed(system.mechanism, replaced, ())), system.values)
-
-
-def _of_the_instant(law: Expression, variable: str) -> MeasuredFormula:
-    names = tuple(OPERATIONS[code] for code in law.program)
-    variables = (variable,) * sum(code == VARIABLE for code in law.program)
-    return MeasuredFormula(law.text, names, variables, law.constants)
 
 
 def _laws(element: Any) -> dict[str, Law]:

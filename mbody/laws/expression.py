@@ -21,7 +21,14 @@ from mbody.laws.kernels import (
     POWER_CONSTANT,
     FloatArray,
 )
-from mbody.quantities.evaluate import Scope, Valued, evaluate, literal_exponent, misplaced_variable
+from mbody.quantities.evaluate import (
+    Postfix,
+    Scope,
+    Valued,
+    evaluate,
+    literal_exponent,
+    misplaced_variable,
+)
 from mbody.quantities.formula import Converted, Formula, NumberField, NumberRow, required
 from mbody.quantities.parse import (
     Binary,
@@ -319,6 +326,11 @@ class Expression(FormulaLaw):
         from mbody.laws.steep_places import steep_places
 
         return steep_places(self, first, last).kinks
+
+    def postfix(self, variable: str = "t") -> Postfix:
+        """Its program by names."""
+        names = tuple(OPERATIONS[code] for code in self.program)
+        return Postfix(names, (variable,) * names.count("variable"), self.constants)
 
     def table(self) -> FloatArray:
         """[length, operations of the program]."""

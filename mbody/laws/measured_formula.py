@@ -9,21 +9,15 @@ from typing import Any, ClassVar
 from mbody.errors import ModelError
 from mbody.laws.base import FormulaLaw, Law, finite
 from mbody.laws.expression import Expression, PostfixProgram
-from mbody.laws.kernels import (
-    CONSTANT,
-    LOG,
-    OPERATIONS,
-    POWER_CONSTANT,
-    VARIABLE,
-    FloatArray,
-)
-from mbody.quantities.evaluate import Scope, Valued, evaluate, has_units
+from mbody.laws.kernels import OPERATIONS, FloatArray
+from mbody.quantities.evaluate import Postfix, Scope, Valued, evaluate, has_units, joined
 from mbody.quantities.formula import Formula
 from mbody.quantities.parse import FormulaError, Plain, called, expanded, shown, text_of, walk
 from mbody.quantities.units import Dimension
 
 #: Most operations of one formula: longer ones are split into own parameters by their author.
 MOST_OPERATIONS = 200
+TIME = Postfix(("variable",), ("t",))
 
 
 @dataclass(frozen=True, repr=False)
@@ -75,30 +69,27 @@ class MeasuredFormula(FormulaLaw):
 
     def laws_of_time(self, curves: Mapping[str, Any]) -> list[Law]:
         """Its largest parts that follow from t alone, and curves of t; `curves`: what it calls."""
-        stack: list[tuple[tuple[int, ...], tuple[float, ...]] | None] = []
-        constants, names, found = iter(self.constants), iter(self.variables), []
-        for operation in self.operations:
-            curve = curves.get(operation)
-            if curve is None and operation == "variable":
-                stack.append(((VARIABLE,), ()) if next(names) == "t" else None)
-                continue
-            code = -1 if curve is not None else OPERATIONS.index(operation)
-            if code == CONSTANT:
-                stack.append(((CONSTANT,), (next(constants),)))
-                continue
-            own = (next(constants),) if 0 <= code <= POWER_CONSTANT else ()
-            count = len(curve.takes) if curve is not None else 2 if code > LOG else 1
-            parts = [stack.pop() for _ in range(count)][::-1]
-            if curve is None and None not in parts:
-                whole = [part for part in parts if part is not None]
-                programs, numbers = zip(*whole, strict=True)
-                stack.append(((*sum(programs, ()), code), sum(numbers, ()) + own))
-                continue
-            if curve is not None and parts == [((VARIABLE,), ())]:
-                found.append(curve.law)
-            found += [Expression(self.text, *part) for part in parts if part is not None]
-            stack.append(None)
-        return [*found, *(Expression(self.text, *part) for part in stack if part is not None)]
+        found: list[Law] = []
+        parts: list[Postfix | None] = []
+
+        def applied(name: str, *given: Any) -> Postfix | None:
+            if name not in curves and None not in given:
+                return joined(name, *given)
+            found.extend([curves[name].law] if given == (TIME,) else [])
+            parts.extend(given)
+            return None
+
+        measured = dict.fromkeys({*self.variables} - {"t"})
+        parts.append(self.postfix().value(applied, curves, measured))
+        for one in parts:
+            if one is not None and one.variables:
+                codes = tuple(map(OPERATIONS.index, one.operations))
+                found.append(Expression(self.text, codes, one.constants))
+        return found
+
+    def postfix(self) -> Postfix:
+        """Its program."""
+        return Postfix(self.operations, self.variables, self.constants)
 
     def raw(self, xs: FloatArray) -> FloatArray:
         """It has no value of one number alone.

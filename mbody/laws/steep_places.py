@@ -26,14 +26,13 @@ from mbody.laws.kernels import (
     ADD,
     CONSTANT,
     COS,
-    LOG,
     MULTIPLY,
     OPERATIONS,
     POWER_CONSTANT,
     SUBTRACT,
     FloatArray,
 )
-from mbody.quantities.evaluate import by_numpy, numpy_function, postfix_value
+from mbody.quantities.evaluate import Postfix, by_numpy, joined, numpy_function, postfix_value
 
 #: How far a formula may be from straight in a part, of its greatest value; levels, and parts of one
 #: level, at which cutting ends.
@@ -46,7 +45,6 @@ SHORT, ISOLATED = 1.0 / 32.0, 0.2
 SMOOTH = frozenset((*range(COS + 1), ADD, SUBTRACT, MULTIPLY))
 LOW_POWERS = (0.0, 1.0, 2.0, 3.0, 4.0)
 
-Codes = tuple[int, ...]
 #: A `mbody.laws.expression.Expression`, which asks here for its corners.
 Expression = Any
 
@@ -195,20 +193,16 @@ class Enclosure(NamedTuple):
 
 def deciding_programs(law: Expression) -> list[Expression]:
     """What decides each switch of a formula by its sign."""
-    stack: list[tuple[Codes, tuple[float, ...]]] = []
-    constants, found = iter(law.constants), []
-    for code in law.program:
-        if code <= CONSTANT:
-            stack.append(((code,), () if code == 0 else (next(constants),)))
-            continue
-        own = (next(constants),) if code <= POWER_CONSTANT else ()
-        second = stack.pop() if code > LOG else ((), ())
-        first = stack.pop()
-        both = first[0] + second[0], first[1] + second[1]
-        if OPERATIONS[code] in SWITCHES:
-            minus = (SUBTRACT,) if code > LOG else ()
-            found.append(replace(law, program=both[0] + minus, constants=both[1]))
-        stack.append((both[0] + (code,), both[1] + own))
+    found = []
+
+    def applied(name: str, *parts: Postfix) -> Postfix:
+        if name in SWITCHES:
+            own = joined("-", *parts) if parts[1:] else parts[0]
+            codes = tuple(map(OPERATIONS.index, own.operations))
+            found.append(replace(law, program=codes, constants=own.constants))
+        return joined(name, *parts)
+
+    law.postfix().value(applied)
     return found
 
 
@@ -238,10 +232,9 @@ def enclosed(law: Expression, x: Ends) -> Enclosure:
         second = np.where(other[1] <= less[0], b, hull)
         return value, Interval(np.where(less[1] <= other[0], a, second))
 
-    names = [OPERATIONS[code] for code in law.program]
     constants = ((Interval(nothing + one), None) for one in law.constants)
     variables = repeat((Interval(x), Interval(nothing + 1.0)))
-    value, rate = postfix_value(names, constants, variables, applied)
+    value, rate = postfix_value(law.postfix().operations, constants, variables, applied)
     return Enclosure(ends(value), ends(rate), switches)
 
 

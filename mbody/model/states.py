@@ -22,6 +22,7 @@ from mbody.model.element import (
     number_field,
 )
 from mbody.quantities import FUNCTIONS, VARIABLES, Formula, FormulaError, Scope, Valued, evaluate
+from mbody.quantities.evaluate import Postfix, joined
 from mbody.quantities.formula import (
     Converted,
     Number,
@@ -171,33 +172,15 @@ def measuring_forces(machine: Any, *, states: bool = False) -> list[str]:
 
 
 def expanded(
-    law: MeasuredFormula, machine: Described, law_of: Callable[[Quantity], Any]
+    law: MeasuredFormula, machine: Any, law_of: Callable[[Quantity], Any]
 ) -> MeasuredFormula:
     """A formula with those of its quantities in the place of these. `law_of`: That of a quantity,
     with the numbers that are in force.
     """
-    known: dict[str, MeasuredFormula] = {}
+    known: dict[str, Postfix] = {}
     for one in quantities_named(machine, law.variables):
-        known[one.name] = _spliced(law_of(one), known)
-    return _spliced(law, known)
-
-
-def _spliced(law: MeasuredFormula, known: Mapping[str, MeasuredFormula]) -> MeasuredFormula:
-    if not known.keys() & set(law.variables):
-        return law
-    operations, variables, constants = list[str](), list[str](), list[float]()
-    names, own = iter(law.variables), iter(law.constants)
-    for operation in law.operations:
-        name = next(names) if operation == "variable" else ""
-        if name in known:
-            operations += known[name].operations
-            variables += known[name].variables
-            constants += known[name].constants
-            continue
-        operations.append(operation)
-        variables += [name] if name else []
-        constants += [next(own)] if operation.endswith("constant") else []
-    return MeasuredFormula(law.text, tuple(operations), tuple(variables), tuple(constants))
+        known[one.name] = law_of(one).postfix().value(joined, machine.curves, known)
+    return MeasuredFormula(law.text, *law.postfix().value(joined, machine.curves, known))
 
 
 # -- Inputs, named numbers that may change during a motion, and controllers that set them ------

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -85,6 +85,7 @@ TWO: dict[str, Callable[[Any, Any], Any]] = {
     "^": np.power,
     **OF_TWO,
 }
+NONE: Mapping[str, Any] = MappingProxyType({})
 #: Operations by the names of NumPy's functions.
 BY_FUNCTION = {function.__name__: name for name, function in {**ONE, **TWO}.items()}
 
@@ -94,7 +95,7 @@ def postfix_value(
     constants: Iterable[Any],
     variables: Iterable[Any],
     applied: Callable[..., Any],
-    curves: Mapping[str, Any] = MappingProxyType({}),
+    curves: Mapping[str, Any] = NONE,
 ) -> Any:
     """The value of a program in postfix order, in numbers of any kind.
 
@@ -122,6 +123,32 @@ def postfix_value(
             arguments = [stack.pop() for _ in range(count)][::-1]
             stack.append(applied(name, *arguments))
     return stack.pop()
+
+
+class Postfix(NamedTuple):
+    """A program in postfix order, or a part of one, as `postfix_value` takes it."""
+
+    operations: tuple[str, ...]
+    variables: tuple[str, ...] = ()
+    constants: tuple[float, ...] = ()
+
+    def value(self, applied: Callable[..., Any], curves: Any = NONE, known: Any = NONE) -> Any:
+        """Its value of parts: constants, and variables or what is `known` of them by name."""
+        constants = (Postfix(("constant",), (), (one,)) for one in self.constants)
+        variables = (known.get(one, Postfix(("variable",), (one,))) for one in self.variables)
+        return postfix_value(self.operations, constants, variables, applied, curves)
+
+
+def joined(name: str, *parts: Postfix) -> Postfix:
+    """The program of an operation on parts.
+
+    >>> joined("*", Postfix(("variable",), ("t",)), Postfix(("constant",), (), (2.0,)))
+    Postfix(operations=('variable', '* constant'), variables=('t',), constants=(2.0,))
+    """
+    if name in ("+", "*", "/", "^") and parts[1].operations == ("constant",):
+        name, parts = f"{name} constant", (parts[0], parts[1]._replace(operations=()))
+    operations, variables, constants = (sum(each, ()) for each in zip(*parts, strict=True))
+    return Postfix((*operations, name), variables, constants)
 
 
 def by_numpy(operation: str, *arguments: Any) -> Any:

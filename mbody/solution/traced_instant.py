@@ -303,8 +303,7 @@ def _law(signal: Any, x: Any) -> Any:
         mean, amplitude, frequency, phase = numbers
         return mean + amplitude * np.sin(frequency * x + phase)
     if isinstance(law, Expression):
-        operations = [OPERATIONS[code] for code in law.program]
-        return postfix_value(operations, numbers, repeat(x), by_numpy)
+        return postfix_value(law.postfix().operations, numbers, repeat(x), by_numpy)
     if isinstance(law, Table) and (law.interpolation, law.outside) == ("linear", "hold"):
         # each straight part adds what it rises between its ends
         value = law.y[0]
