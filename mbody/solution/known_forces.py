@@ -202,7 +202,7 @@ def followed_forces(run: Solution) -> list[Doubt]:
         (one.name, field, law)
         for one in (*machine.loads, *machine.described_states)
         for field, law in vars(one).items()
-        if isinstance(law, MeasuredFormula) and "x" not in law.variables
+        if isinstance(law, MeasuredFormula)
     ]
     return [
         Doubt(

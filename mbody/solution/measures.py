@@ -352,6 +352,15 @@ def _driven_by_motion(solution: Result, driver: Any) -> Array:
     return np.array(_values(solution, steps, (value.place, rate.place, change.place)))
 
 
+def _own_argument(solution: Result, load: str) -> Array:
+    """What the law of a load calls x: its stretch, its angle, or the rate of one."""
+    from mbody.system.formula_steps import StepList, own_argument
+
+    steps = StepList()
+    found = own_argument(steps, solution.mechanism[load], _columns(solution))
+    return _values(solution, steps, (found.place,))[0]
+
+
 def _columns(solution: Result) -> Numbers:
     """The numbers of a system, those of designs as columns (designs, 1)."""
     system = solution.system
@@ -885,6 +894,8 @@ def formula_history(solution: Result, law: MeasuredFormula, name: str) -> Array:
     numbers = {key: column(values[f"{name}.{key}"]) for key in law.numbers()}
 
     def variable(one: str) -> Any:
+        if one == "x":
+            return _own_argument(solution, name.partition(".")[0])
         return solution.t if one == "t" else measured(solution, one)[0]
 
     shape = solution.t.shape

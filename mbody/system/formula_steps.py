@@ -161,7 +161,7 @@ def _quantity(
         return steps.read("time")
     if name == "x":
         assert argument is not None, "checked when the formula was compiled"
-        return _own_argument(steps, argument, at)
+        return own_argument(steps, argument, at)
     if any(name == one.name for one in machine.inputs):
         return steps.read("signal", name)
     if any(name == one.name for one in machine.states):
@@ -339,7 +339,7 @@ def _relative_angle(steps: StepList, i: str, j: str, rate: bool) -> Recorded:
     return steps.read(kind, j, 2) - steps.read(kind, i, 2)
 
 
-def _own_argument(steps: StepList, load: Any, at: Numbers) -> Recorded:
+def own_argument(steps: StepList, load: Any, at: Numbers) -> Recorded:
     """Argument of the law of a spring or a damper: stretch or rate, angle or rate."""
     rate = not load.free
     found = (

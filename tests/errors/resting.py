@@ -235,7 +235,7 @@ a torque that is too large | SolveError | rod | no rest position of 'pendulum' w
 a force without an end | SolveError | block | no rest position of 'slider': its loads drive 'block' away without end; hold it, by a spring or a stop, or drive it
 weights that a rope draws into a pulley | SolveError | a | no rest position of 'pulleys': its loads drive it from both sides to (-0.75, 0) m of 'a', where a distance is zero or a load jumps, so that no forces balance; put a stop there, or change its loads
 a force round and round | SolveError | seat | no rest position of 'swing' was met: what drives it is least at (0, 1) m of 'seat', where 0.8 N are left; begin elsewhere with starts, or change its loads
-a spring without a value at rest | SolveError | spring | load 'spring' has no value at t = 0 s: 'log(x/(1 m) - 9) N' is not defined there; choose a formula that is, by max or min
+a spring without a value at rest | SolveError | spring | load 'spring' has no value at t = 0 s: 'log(x/(1 m) - 9) N' has no finite value there; choose one that has, by max or min
 linear equations at all rest positions | ModelError | - | at must be one rest position of equilibrium, or a Solution, not Equilibria
 linear equations at a batch | ModelError | - | at is a batch of designs: give one, of system.design(n)
 linear equations at a design that does not close | SolveError | A | loops do not close at t = 0 s: the smallest gap is 2.5 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess

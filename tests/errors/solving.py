@@ -214,6 +214,9 @@ SCENARIOS = {
     "a table of a spring that ends": lambda: mbody.kinetostatics(
         four_bar(mbody.Spring("spring", "ground.O2", "rocker.B", law=TABLE))
     ),
+    "a formula that overflows": lambda: mbody.kinetostatics(
+        four_bar(mbody.Torque("push", "rocker", value="1 N*m*exp(999 + rocker.angle/(1 rad))"))
+    ),
     "a formula with an infinite rate": lambda: mbody.kinetostatics(by_law("sqrt(t)"), t=[0.0, 1.0]),
     "a law without a value where loops are closed": lambda: close_loops(
         four_bar(mbody.AngleDriver("second", "rocker", "sqrt(t - 1)")), drive={"motor": 1.0}
@@ -297,6 +300,7 @@ a range of a driver that is not there | ModelError | engine | there is no driver
 a range at times | ModelError | - | driver_range takes one finite time, not [0.0, 1.0]
 a range of a batch | ModelError | - | driver_range takes one design: choose one of the batch with design(n)
 a table of a spring that ends | SolveError | spring | load 'spring' has no value at t = 0 s: its law does not reach so far; extend it, or let it hold its last value
+a formula that overflows | SolveError | push | load 'push' has no value at t = 0 s: '1 N*m*exp(999 + rocker.angle/(1 rad))' has no finite value there; choose one that has, by max or min
 a formula with an infinite rate | ModelError | motor | the law of driver 'motor', Expression('sqrt(t)'), has an infinite rate at t = 0 s: begin after it, or choose another law
 a law without a value where loops are closed | ModelError | second | the law of driver 'second': 'sqrt(t - 1)' has no value at 0: evaluate it elsewhere, or choose a formula that has one there, for example with max or min
 a law that is infinite where loops are closed | SolveError | motor | the law of 'motor' has no finite value at t = 10 s: begin elsewhere, or choose another law

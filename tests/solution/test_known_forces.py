@@ -17,6 +17,7 @@ from mbody.engineering import (
     shaking_orders,
 )
 from mbody.model.body import RectangleSection
+from mbody.solution.measures import formula_history
 from mbody.views.plotting import internal_diagram
 
 G = 9.81
@@ -192,6 +193,17 @@ def test_pictures_say_it_below(shared):
         assert len(texts) == shared and all("not unique" in " ".join(t.split()) for t in texts)
     for figure in (mbody.draw(run, 3), mbody.plot(run, "motor.effort")):
         assert not [one for one in figure.texts if one.get_gid() == "notes"]
+
+
+@pytest.mark.parametrize(("force", "open_"), [("B.fx", True), ("A0.fx + B0.fx + C0.fx", False)])
+def test_a_law_of_an_angle_that_follows_such_forces(force, open_):
+    made = cranks(3)
+    made.add(mbody.TorsionSpring("s", "c", free_angle=0.2, law=f"0.01 m*({force}) + 3 N*m/rad*x"))
+    run = mbody.kinetostatics(made, t=[0.0, 0.1])
+    assert [one.elements for one in run.doubts] == [("s",)] * open_
+    found = formula_history(run, made["s"].law, "s.law")
+    followed = sum(run.reaction(name.split(".")[0]).fx for name in force.split(" + "))
+    np.testing.assert_allclose(found, 0.01 * followed + 3.0 * (run["c"].angle - 0.2), rtol=1e-12)
 
 
 def test_a_file_knows_it_too(tmp_path):

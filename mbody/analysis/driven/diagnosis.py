@@ -7,7 +7,6 @@ only at its beginning, and where it fails.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import fields
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from mbody.errors import SolveError
 from mbody.kernels.finished_instants import each_load
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
-from mbody.laws import Expression
+from mbody.laws import Expression, MeasuredFormula
 from mbody.model.element import listed
 from mbody.model.states import measuring_forces
 from mbody.system.rank import Rank, dense, rank_of
@@ -34,13 +33,15 @@ def valueless(system: System, work: Work, t: float, q: Array, v: Array) -> Solve
     """The sentence of a load that has no value at an instant: q, v (coordinates,)."""
     loads = system.mechanism.loads
     found = load_forces(system, work, t, q, v)
-    bad = [load.name for load, force in zip(loads, found, strict=True) if np.isnan(force).any()]
+    bad = [
+        load.name for load, force in zip(loads, found, strict=True) if not np.isfinite(force).all()
+    ]
     name = bad[0] if bad else "?"
     why = "its law does not reach so far; extend it, or let it hold its last value"
-    for field in fields(system.mechanism[name]) if bad else ():
-        law = getattr(system.mechanism[name], field.name)
-        if isinstance(law, Expression):
-            why = f"'{law.text}' is not defined there; choose a formula that is, by max or min"
+    for law in vars(system.mechanism[name]).values() if bad else ():
+        calls = isinstance(law, MeasuredFormula) and {*law.operations} & {*system.mechanism.curves}
+        if isinstance(law, Expression | MeasuredFormula) and not calls:
+            why = f"'{law.text}' has no finite value there; choose one that has, by max or min"
     unit = system.mechanism.units.time
     if system.has_loops and not set(bad) - set(measuring_forces(system.mechanism)):
         return SolveError(
