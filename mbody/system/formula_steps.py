@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from mbody.core.slopes import change
+from mbody.core.slopes import before, change
 from mbody.errors import ModelError
 from mbody.laws import Constant, Law, MeasuredFormula, Table
 from mbody.laws.kernels import OPERATIONS, FloatArray, evaluate
@@ -372,10 +372,12 @@ class NotSmooth(ValueError):
 
 
 class Differentiated:
-    """Derivatives of the steps of a list by one variable."""
+    """Derivatives of the steps of a list by one variable; `ahead`: At corners those to the right,
+    else of one side, the same by all variables.
+    """
 
-    def __init__(self, steps: StepList, rule: Rule) -> None:
-        self.steps, self.rule = steps, rule
+    def __init__(self, steps: StepList, rule: Rule, ahead: bool = False) -> None:
+        self.steps, self.rule, self.ahead = steps, rule, ahead
         self._known: dict[int, Derivative] = {}
 
     def of(self, one: Derivative) -> Derivative:
@@ -397,7 +399,18 @@ class Differentiated:
         rates = [self.of(each) for each in given]
         if all(rate is None for rate in rates) or name in JUMPS:
             return None
+        if self.ahead and name in ("abs", "min", "max"):
+            return self._ahead(name, given, rates)
         found: Derivative = change(numpy_function(name).__name__, one, given, rates)
+        return found
+
+    def _ahead(self, name: str, given: list[Recorded], rates: list[Derivative]) -> Recorded:
+        """The rate of one of two numbers, of equal ones of that which is the one soon."""
+        a, da = given[0], rates[0] or self.steps.number(0.0)
+        b, db = (given[1], rates[1] or self.steps.number(0.0)) if given[1:] else (-a, -da)
+        first, second = (before(a, b), before(b, a))[:: 1 if name == "min" else -1]
+        soon = self.steps.operation("min" if name == "min" else "max", da, db)
+        found: Recorded = first * da + second * db + (1.0 - first - second) * soon
         return found
 
     def _of_law(self, name: str, operands: list[int]) -> Derivative:
@@ -595,8 +608,10 @@ def recorded_driver(
         return steps.number(0.0) if one is None else one
 
     known(value)
-    along = Differentiated(steps, along_motion(rate_of))
-    still = Differentiated(steps, by_time(steady_rate_of))
+    # of positions the gradient and the rates are of one side
+    ahead = not _reads(steps, value, "position", "turn")
+    along = Differentiated(steps, along_motion(rate_of), ahead)
+    still = Differentiated(steps, by_time(steady_rate_of), ahead)
     try:
         rate = still.of(_without_jumps(value))
         _check_rates(steps, value, rate, driver, law)

@@ -117,6 +117,21 @@ def test_at_given_values_of_an_input():
         assert_same(one, other, 1e-11)
 
 
+@pytest.mark.parametrize("formula", ["abs({u})", "max({u}, 0)", "min({u}, -{u}) + 2*{u}^2"])
+@pytest.mark.parametrize("u", ["(-t/(1 s))", "(sin(3 rad/s*t) - 2*t/(1 s))", "((t/(1 s))^2)"])
+def test_at_a_corner_rates_are_those_to_the_right(formula, u):
+    """As those of jets (`mbody.laws.kernels`), where the formula is one of time alone."""
+    law, of_input = f"1.2 rad + 0.3 rad*({formula.format(u=u)})", mbody.Input("u", u)
+    truth = mbody.kinematics(by_time(law), t=[0.0, 0.3]).driven("second")
+    machine = five_bar(
+        of_input,
+        mbody.AngleDriver("first", "crank", LEAD),
+        mbody.AngleDriver("second", "lever", f"1.2 rad + 0.3 rad*({formula.format(u='u')})"),
+    )
+    found = mbody.kinematics(machine, t=[0.0, 0.3]).driven("second")
+    assert_allclose(found, truth, 1e-13, 1e-15)
+
+
 def pendulum(law, *before):
     """A crank that a driver turns, and a rod that swings at its end."""
     machine = mbody.Mechanism("pendulum", ground={"A": (0.0, 0.0)})
