@@ -186,7 +186,7 @@ a gradient of a motion in steps with impulses | ModelError | - | gradient: a mot
 a gradient of a motion that begins by guesses | ModelError | - | gradient: how the motion of 'a pendulum' begins is not determined: 1 of its coordinates follow from guesses, which are no numbers: prescribe as many as are free in the start of its simulation, or give start, a result
 a gradient of rates that the start leaves out | ModelError | block | gradient: the start of 'wedge' leaves out block.vx = 0.5146 m/s, which masses decide: give vx in the start of 'block'
 a gradient of a motion with rates | ModelError | - | gradient: derivatives of a motion with rates are not there: prescribe the start in the simulation of the mechanism, or give start, a result
-a gradient of a stiff motion | SolveError | - | the derivatives of the motion of 'a pendulum' cannot be followed beyond t = 0.0140506 s, it is stiff there: keep more instants, or take differences by sweep
+a gradient of a stiff motion | SolveError | - | the derivatives of the motion of 'a pendulum' cannot be followed beyond t = 0.0140… s, it is stiff there: keep more instants, or take differences by sweep
 a prepared gradient with too few numbers | ModelError | - | gradient: 2 numbers are needed, not an array of the shape (1,)
 a gradient of histories and numbers | ModelError | - | gradient: 'A.force' is a history of 2 instants, 'peak(B.force)' one number: give each a reduction such as peak(…) or mean(…), or none
 a gradient at an instant that there is not | ModelError | at(A.force, 3) | 'at(A.force, 3)': there is no such instant, they are 0 to 0
