@@ -93,9 +93,8 @@ def _constant(context: Any, builder: Any, source: Any, target: Any, value: Any) 
 
 def _product(builder: Any, a: Any, b: Any) -> Any:
     x, y = first(builder, a), first(builder, b)
-    changes = with_first(builder, a, ir.Constant(ir.DoubleType(), 0.0))
-    left = scaled(builder, b, x)
-    return builder.fadd(left, scaled(builder, changes, y), flags=FLAGS)
+    changes = builder.fadd(scaled(builder, b, x), scaled(builder, a, y), flags=FLAGS)
+    return with_first(builder, changes, builder.fmul(x, y))
 
 
 def _quotient(builder: Any, a: Any, b: Any) -> Any:
