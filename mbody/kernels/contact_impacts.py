@@ -53,6 +53,7 @@ from mbody.kernels.mode_problem import (
     impulses_of_modes,
     prepare_arrest,
     solve_impulses,
+    sticks,
     take_solution,
 )
 from mbody.kernels.state_derivative import load_state
@@ -285,14 +286,14 @@ def refine_jump(L, M, D, P, I, n):
                 for k in range(3 * L.bodies):
                     D.shifted[r] += D.R[r, k] * I.jump[k]
                 continue
-            rate, normal = D.before[r], D.normal[r] if r >= m else r
+            rate = D.before[r]
             for k in range(3 * L.bodies):
                 rate += D.R[r, k] * I.jump[k]
             least = RATE_NONE_FRICTION * M.speed[D.owner[r]]
             strikes = strikes or (r < m and rate < -least)
             if r < m and D.newton[r] == 1:
                 rate += D.restitution[r] * min(D.before[r], 0.0)
-            holds = D.mode[normal] == 1 and (r < m or D.mode[r] == 0)
+            holds = sticks(D, r) if r >= m else D.mode[r] == 1
             off, D.shifted[r] = off or (holds and abs(rate) > least), rate
         if not (off or strikes):
             return

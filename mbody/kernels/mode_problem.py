@@ -546,6 +546,16 @@ def impact_without_collision(D, P):
 
 
 @njit
+def sticks(D, r):
+    """Whether a tangential row of an impact is held: by a contact point that is closed, or one that
+    has an impulse given.
+    """
+    normal = D.normal[r]
+    presses = D.law[r] == CONE and (D.mode[normal] == 1 or D.given_law[normal] > 0.0)
+    return presses and D.mode[r] == 0
+
+
+@njit
 def impulses_of_modes(D, rates, x):
     """x ← impulses from velocities by the linear equations of D.mode, without friction of joints;
     False where rows depend on each other.
@@ -556,8 +566,7 @@ def impulses_of_modes(D, rates, x):
         D.terms[r] = 1.0 / np.sqrt(max(D.delassus[r, r] / unit, TINY))
     for r in range(n):
         cone = r >= m and D.law[r] == CONE
-        closed = D.mode[r] == 1 if r < m else cone and D.mode[D.normal[r]] == 1
-        holds = closed and (r < m or D.mode[r] == 0)
+        holds = sticks(D, r) if r >= m else D.mode[r] == 1
         for c in range(n):
             M[r, c] = D.terms[r] * (D.delassus[r, c] / unit) * D.terms[c] if holds else 0.0
         M[r, n] = -D.terms[r] * rates[r] / unit if holds else 0.0
