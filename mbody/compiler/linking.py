@@ -46,6 +46,7 @@ def _description(function: Any) -> str:
         for name, cell in zip(code.co_freevars, cells, strict=True)
     ]
     where = f"{function.__module__}.{function.__qualname__}:{code.co_firstlineno}"
+    where += f":{hashlib.sha256(code.co_code).hexdigest()[:_DIGITS]}"  # two lambdas of one line
     return f"{where}({', '.join(enclosed)})"
 
 

@@ -286,7 +286,6 @@ CIRCUIT_STEP_FIRST = 0.02  # First step along a circuit.
 CIRCUIT_STEP_LONGEST = 0.2  # The longest.
 CIRCUIT_STEP_SHORTEST = 1e-9  # A step below which one has failed.
 CIRCUIT_STEP_COSINE = 0.985  # Cosine between tangents that a step may have.
-CIRCUIT_STEP_OFF = 0.1  # Way off the tangent, as a part of the step, that it may have.
 #: Distances to a singular position below this are rounding: pivots are squares of them.
 MONITOR_NOISE = 1e-6
 MONITOR_STEEPER = 3.0  # A rate may be so many times that of the neighbouring gaps.
@@ -819,7 +818,6 @@ WALK_SLOPE_FLAT = 1e-6
 #: A walk is closed where the residual forces of its ends differ by less than this part of the
 #: greatest.
 WALK_CLOSED_RESIDUAL = 1e-9
-WALK_ROW_NONE = 1e-6  # What is left of a direction when others are taken out that is none.
 WALK_CORNER_NONE = 1e-12  # The square of a body's motion at a corner that is none.
 #: A bracket of a zero of a cubic, in parts of its interval, that is rounding.
 WALK_ZERO_BRACKET = 1e-15
@@ -920,8 +918,7 @@ LIMIT_HOLDS = 1e-6  # What is broken by less, as a part of the size of a limit, 
 #: balance counts.
 LIMIT_BINDS = (1e-7, 1e-6, 1e-5, 1e-4)
 LIMIT_BALANCED = 1e-3  # Up to this part they balance.
-OPTIMUM_BOX_FIRST = 0.02  # The first box of a program's step,
-OPTIMUM_BOX_LEAST = 1e-8  # and the least, as parts of the ranges.
+OPTIMUM_BOX_FIRST = 0.02  # The first box of a program's step, as parts of the ranges.
 OPTIMUM_GAIN_LAST = 1e-9  # A step or a round that gains less than this part is the last.
 #: A round without new rows that gains more than this part is followed by another.
 OPTIMUM_GAIN_SLIGHT = 1e-3
@@ -973,7 +970,6 @@ UNKNOWN_LOOSE = 1e-3  # Part of the greatest weight with which an unknown is lef
 EXTREMUM_SPACING_WIDE = 1e-7  # Samples nearer than this part of the spacing show no cubic.
 EXTREMUM_UNKNOWN_NONE = 1e-15  # An unknown below this part of 1 + its start is zero.
 EXTREMUM_BRACKET_PART = 1e-14  # The same as EXTREMUM_BRACKET in parts of the interval.
-OPTIMUM_VALUE_NONE = 1e-9  # Part of the size of what is minimised below which a value is none.
 OPTIMUM_ENDS = 1e-10  # Relative change of the objective at which SLSQP ends.
 #: A coefficient, as a part of the others, that is none: a link or a point without end.
 SYNTHESIS_COEFFICIENT_NONE = 1e-12

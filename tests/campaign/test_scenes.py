@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import mbody
 from tests.campaign.contact_scenes import examine_scene, examine_uneven
-from tests.campaign.invariance import of_restart
+from tests.campaign.invariance import examine_invariance, of_restart
 from tests.campaign.scene_checks import State, faults_of, possible_impulses
 from tests.campaign.scenes import KINDS, random_scene
 from tests.support.cases import first_fast
@@ -54,6 +54,12 @@ def test_rare_scenes(seed):
 def test_a_motion_goes_on_where_a_contact_opened_in_the_last_step(seed):
     # its first instant was that of the contact still closed: 7e-5 of the energy appeared
     found = of_restart(seed)
+    assert not (found.silent or found.refused), found.told
+
+
+@pytest.mark.parametrize("seed", [493020, 510161])
+def test_a_rim_without_inertia_spins_the_same_in_any_units(seed):
+    found = examine_invariance(seed)
     assert not (found.silent or found.refused), found.told
 
 

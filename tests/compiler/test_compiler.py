@@ -161,3 +161,10 @@ def test_what_a_symbol_cannot_describe_is_refused():
 
     with pytest.raises(TypeError, match="encloses table, a list"):
         identity(reads)
+
+
+def test_two_functions_of_one_line_have_two_symbols():
+    from mbody.compiler.linking import identity
+
+    one, other = (lambda x, y: x / y), (lambda x, y: y / x)
+    assert identity(one) != identity(other)
