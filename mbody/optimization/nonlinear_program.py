@@ -911,18 +911,16 @@ class MultiStart:
             )
         by_limits = [movers(limit) for limit in limits]
         used = np.any([*map(movers, self.screen.aims), *by_limits], axis=0)
-        return [
-            *(
-                f"none of the numbers changes '{limit.text}'"
-                for limit, own in zip(limits, by_limits, strict=True)
-                if not own.any()
-            ),
-            *(
-                f"'{name}' changes neither the aim nor a limit where searches began: that its "
-                "value is best is not shown"
-                for name, own in zip(self.ranges.given, used, strict=True)
-                if not own
-            ),
+        notes = [
+            f"none of the numbers changes '{limit.text}'"
+            for limit, own in zip(limits, by_limits, strict=True)
+            if not own.any()
+        ]
+        return notes + [
+            f"'{name}' changes neither the aim nor a limit where searches began: that its "
+            "value is best is not shown"
+            for name, own in zip(self.ranges.given, used, strict=True)
+            if not own
         ]
 
     def _unreachable(self, count: int) -> SolveError:

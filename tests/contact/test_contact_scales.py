@@ -44,7 +44,7 @@ def test_a_block_on_a_spring_stops_by_half_cycles(mass, length):
 @pytest.mark.parametrize("e", [0.0, 0.5])
 @pytest.mark.parametrize(("mass", "rate"), [(3.0, 12.0), (1e-6, 0.4), (1e7, 5.0)])
 def test_a_massless_rim_is_turned_at_once(mass, rate, e):
-    """A wheel without inertia lands: no tangential impulse, it rolls, and loses (1 − e²) m v_y²/2."""
+    """A wheel without inertia lands: no tangential impulse, it rolls, loses (1 − e²) m v_y²/2."""
     radius, height, fast = 0.25, 0.35, 1.7
     machine = mbody.Mechanism(
         "wheel", ground={"O": (0, 0)}, ground_shapes={"road": {"line": {"point": "O"}}}
