@@ -63,6 +63,18 @@ def test_a_rim_without_inertia_spins_the_same_in_any_units(seed):
     assert not (found.silent or found.refused), found.told
 
 
+def test_contacts_that_strike_by_turns_for_ever_are_named(monkeypatch):
+    # a disc in a groove; steps with impulses, the remedy, lay it to rest
+    monkeypatch.setattr("mbody.analysis.dynamics.integration.JUDGED", 400)
+    scene = random_scene(490495)
+    model = scene.mechanism("groove")
+    words = "'wall a rim', 'floor a rim' strike and open by turns .* method 'moreau'"
+    with pytest.raises(mbody.SolveError, match=words):
+        mbody.simulate(model, scene.until, rtol=1e-9)
+    run = mbody.simulate(model, scene.until, method="moreau", step=1e-6)
+    assert run.status == "completed" and abs(run["a"].omega[-1]) < 1e-9
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, 20, 33, 83, 90, 173, 216, 8089])
 @pytest.mark.processor
 def test_bodies_of_very_different_masses(seed):

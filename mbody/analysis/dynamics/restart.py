@@ -314,9 +314,14 @@ def stopped(motion: Any, found: Solution, code: int) -> SolveError:
 def no_progress(motion: Any, mean: float, left: float, steps: int) -> SolveError:
     """The sentence of a motion whose last steps were so short that it does not come to its end."""
     t, unit = float(motion.state[TIME]), motion.system.mechanism.units.time
+    what = "the loads jump to and fro"
+    remedy = "smooth what jumps, as dry friction and valves do where rates change their sign"
+    late = [one.contact for one in motion.occurred if one.contact and one.t >= t - mean * steps]
+    if len(late) > steps / 10:
+        what = f"{listed(dict.fromkeys(late))} strike and open by turns"
+        remedy = "take less restitution there, or the method 'moreau'"
     return SolveError(
-        f"the loads jump to and fro at t = {t:.6g} {unit}: the last {steps} steps were {mean:.1g} "
-        f"{unit} each, the end would take {left:.1g} more; smooth what jumps, as dry friction and "
-        "valves do where rates change their sign",
+        f"{what} at t = {t:.6g} {unit}: the last {steps} steps were {mean:.1g} "
+        f"{unit} each, the end would take {left:.1g} more; {remedy}",
         solution=motion.solution(""),
     )
