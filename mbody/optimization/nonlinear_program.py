@@ -897,8 +897,7 @@ class MultiStart:
         points = [at for at in map(self.evaluator, starts[:3]) if at is not None]
         names, system = list(self.ranges.names), self.evaluator.system
 
-        def movers(one: Any) -> np.ndarray:
-            """Which of the numbers change an aim or a limit."""
+        def movers(one: Any) -> np.ndarray:  # which of the numbers change an aim or a limit
             rows = [one.rows(at) for at in points]
             each = [influential(system, names, own.values, own.derivatives) for own in rows]
             return np.any(each, axis=0)

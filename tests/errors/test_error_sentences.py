@@ -38,6 +38,10 @@ OTHERWISE = {
     "singular start": "the mark of one",
     "no optimum:": "the head of what the command prints",
     "none of the numbers changes '": "of a note",
+    "' changes neither the aim nor a limit where searches began: that its value is best is not "
+    "shown": "of a note",
+    " strike and open by turns": "of tests.campaign.test_scenes",
+    "take less restitution there, or the method 'moreau'": "the same",
     "stopped: after ": "the status of the solution that the error carries",
     r"argument (?:\S+/)?(\S+): (takes .*)": "a pattern",
     "the following arguments are required: (.*)": "a pattern",
