@@ -347,8 +347,10 @@ def _modal_parts(found: Any, kind: type) -> dict[str, Any]:
     names = {part.name for part in fields(kind)}
     want(isinstance(found, dict) and found.keys() == names, "'modal' has other parts")
     parts: dict[str, Any] = {}
-    for name in names & MODAL.keys():
-        kinds, rows = MODAL[name], found[name]
+    for name, kinds in MODAL.items():
+        if name not in names:
+            continue
+        rows = found[name]
         if len(kinds) == 1 and isinstance(rows, list):
             rows = [[row] for row in rows]
         sound = isinstance(rows, list) and all(_row(row, kinds) for row in rows)

@@ -298,6 +298,12 @@ def rates_at(solution: Result, design: int = 0, instants: Array | None = None) -
     return output
 
 
+def presses_by_friction(system: System) -> bool:
+    """Whether friction of what rests may be given, as it keeps contacts and ropes pressing."""
+    machine = system.mechanism
+    return any(one.closed for one in machine.contacts) or bool(machine.couplings)
+
+
 def sticking_pairs(solution: Result) -> Array:
     """Which pairs do not slide, and may hold by friction, at which instants: (instants, pairs) of
     bool, or (designs, instants, pairs). The force of a pair at rest is none but its damping, and of
@@ -321,8 +327,7 @@ def sticking_pairs(solution: Result) -> Array:
             at_rest[..., n] = ~(
                 force > CONTACT_FORCE_AT_REST * np.fmax.reduce(force, axis=-1, keepdims=True)
             )
-    machine = system.mechanism
-    if any(one.closed for one in machine.contacts) or machine.couplings:
+    if presses_by_friction(system):
         at_rest = np.broadcast_to(np.array(holds, dtype=bool), shape)
     if at_rest is None:
         return found

@@ -530,9 +530,8 @@ def _sticking(found: Solution) -> list[str]:
 
 def _unless_pulls(found: Solution) -> str:
     """Where forces are given with friction of what rests."""
-    machine = found.mechanism
-    sided = any(one.closed for one in machine.contacts) or machine.couplings
-    return ", but where a contact had to pull or a rope to push then" if sided else ""
+    given = contact_forces.presses_by_friction(found.system)
+    return ", but where a contact had to pull or a rope to push then" if given else ""
 
 
 def _self_locking(found: Solution) -> list[str]:

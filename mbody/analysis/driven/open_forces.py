@@ -168,12 +168,12 @@ class DrivenForces:
         alike[2::3] = 1.0 / self.system.length
         forces = self.forces.copy()
         load = (self.columns @ forces) * alike[:, 0]
-        held = (self.columns[:, self.count :] @ forces[self.count :]) * alike[:, 0]
+        of_rows = (self.columns[:, rows] @ forces[rows]) * alike[:, 0]
         for _ in range(PASSES):
             other = DrivenForces(solution, instant, forces)
             columns = other.columns[:, rows] * alike
             scale = 1.0 / np.maximum(np.abs(columns).max(axis=0), tol.TINY)
-            own = np.linalg.lstsq(columns * scale, load - held, rcond=None)[0]
+            own = np.linalg.lstsq(columns * scale, of_rows, rcond=None)[0]
             moved = np.abs(own - forces[rows] / scale).max()
             forces[rows] = other.forces[rows] = scale * own
             if moved <= tol.CONTACT_FORCE_SETTLED * np.abs(own).max():
